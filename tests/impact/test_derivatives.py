@@ -1,10 +1,14 @@
 """Derivatives against central differences of Kane's equations in 50 digits."""
 
 import dataclasses
+import itertools
+import pathlib
+import re
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.spatial import ConvexHull
 
 import impulsekit as ik
 from impulsekit.impact.derivatives import DerivativeStatus
@@ -358,6 +362,31 @@ def test_a_collision_of_a_ball_with_a_face(ball_first, mu):
     names = ("a/ball", "b/box") if ball_first else ("b/box", "a/ball")
     touch = ik.Collision(*names, restitution=0.6, friction=mu)
     assert_true(ik.Scene(world, contacts=[touch]), q, v)
+
+
+def test_a_face_of_a_mesh_is_that_of_the_box_that_it_is(tmp_path):
+    half = np.array(box().collision_model.geometryObjects[0].geometry.halfSide).reshape(3)
+    corners = half * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+    facets = ""
+    for i in ConvexHull(corners).simplices:
+        loop = "".join("vertex {} {} {}\n".format(*corner) for corner in corners[i])
+        facets += f"facet normal 0 0 0\nouter loop\n{loop}endloop\nendfacet\n"
+    (tmp_path / "box.stl").write_text(f"solid box\n{facets}endsolid box\n")
+    plain = pathlib.Path("models/box.urdf").read_text()
+    meshed = re.sub("<box size=[^>]*/>", '<mesh filename="box.stl"/>', plain)
+    found = []
+    for text in (plain, meshed):
+        flat = ik.Robot.from_urdf(text, root="freeflyer", package_dirs=[tmp_path])
+        world = ik.combine(a=ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"), b=flat)
+        q = world.configuration({"a/root_joint": [0.02, -0.03, half[2] + 0.05, *MIXED]})
+        v = np.random.default_rng(1).normal(size=12)
+        v[:3] -= 4.0 * pin.Quaternion(MIXED).matrix().T[:, 2]
+        touch = ik.Collision("a/ball", "b/box", restitution=0.6, friction=0.3)
+        found.append(ik.derivatives(ik.solve(ik.Scene(world, contacts=[touch]), q, v)))
+    assert np.abs(found[0].dv_after_dq).max() > 1.0
+    for name in ("dv_after_dq", "dv_after_dv"):
+        by_box, by_mesh = (getattr(each, name) for each in found)
+        assert np.abs(by_mesh - by_box).max() < 1e-6 * np.abs(by_box).max()
 
 
 def test_a_collision_of_shapes_without_a_closed_form_is_refused():

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ...laws.progress import Block, Triple
+from ...laws.progress import Block
 from ...scene import Law
 from ..contact_space import ContactProblem
 from ..contact_space.sequential import hits_of
-from ..contact_space.single import block_of, strike
+from ..contact_space.single import block_of
 from ..factor import DenseFactor
 from ..responses import responses
 from .linear import Touching
@@ -115,10 +115,13 @@ def follow_hits(
         np.array([point.coefficients.e_t for point in touching]),
     )
     edges: list[str] = []
-    steps = _in_sequence if law.order == "sequential" else _alone
+    if law.order == "sequential":
+        steps = _in_sequence(problem, law, names, scale, edges)
+    else:
+        steps = _alone(problem, law, impulses, names, scale, edges)
     velocity = free
     found: list[HitFound] = []
-    for i, share in steps(problem, law, names, scale, edges):
+    for i, share in steps:
         own = slice(3 * i, 3 * i + 3)
         response, borne = system.moved[:, own], system.borne[:, own]
         following = velocity + response @ share
@@ -158,35 +161,26 @@ def _in_sequence(
 
 
 def _alone(
-    problem: ContactProblem, law: Law, names: Sequence[str], scale: float, edges: list[str]
+    problem: ContactProblem,
+    law: Law,
+    impulses: Sequence[np.ndarray],
+    names: Sequence[str],
+    scale: float,
+    edges: list[str],
 ) -> Iterator[tuple[int, np.ndarray]]:
     """The one contact that acts, and others that nearly do."""
     small = EDGE * scale
-    free, before = problem.velocity_free, problem.velocity_before
+    free = problem.velocity_free
     approach = free[2::3].copy()
     if law.restitution == "newton":
         approach += problem.newtons_shift()[2::3]
-    i = int(approach.argmin())
     for j in np.flatnonzero(np.abs(approach) <= small).tolist():
         edges.append(f"{names[j]}: it hardly approaches or hardly parts")
-    if approach[i] >= 0.0:
+    i = int(np.argmax([impulse[2] for impulse in impulses]))
+    share = impulses[i]
+    if not share[2] > 0.0:
         return
-    own = slice(3 * i, 3 * i + 3)
-
-    def triple(of: np.ndarray) -> Triple:
-        return tuple(of[own].tolist())
-
-    hit = strike(
-        block_of(problem.delassus, i),
-        triple(before),
-        triple(free),
-        problem.restitution[i].item(),
-        problem.friction[i].item(),
-        0.0,
-        law,
-    )
-    share = np.array(hit.impulse)
-    after = free + problem.delassus[:, own] @ share
+    after = free + problem.delassus[:, 3 * i : 3 * i + 3] @ share
     for j in np.flatnonzero(np.abs(after[2::3]) <= small).tolist():
         if j != i:
             edges.append(f"{names[j]}: it hardly approaches or hardly parts")

@@ -14,9 +14,14 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import InputError
+from ...geometry.collision import Solid, solids_of
+from ...geometry.convex import HalfSpace
+from ...geometry.features import borders_of, inside_of
+from ...geometry.polyhedron import endless_face
 from ...robot import Robot
 from ...robot.geometry import geometry_ids
 from ...rows.contacts import Touch
+from ...rows.frame_pair import turning_of_line
 from ...scene import Collision
 from .expanded import ExpandedModel
 from .motion import Motion
@@ -31,11 +36,17 @@ _EYE = np.eye(3)
 
 
 class _Piece(NamedTuple):
-    """One piece of geometry: its joint in the expanded model, shape and place there."""
+    """One piece of geometry: its joint in the expanded model, what it is and its place there."""
 
     joint: int
-    shape: coal.CollisionGeometry
+    solid: Solid
     place: pin.SE3
+
+    @property
+    def ball(self) -> coal.Sphere | None:
+        """It as a ball; None of other shapes."""
+        shape = self.solid.geometry
+        return shape if isinstance(shape, coal.Sphere) else None
 
 
 class _Met(NamedTuple):
@@ -56,14 +67,10 @@ class Meetings:
         self._name = name
         self._first, self._other = (
             [
-                _Piece(
-                    expanded.joint_ids[objects[i].parentJoint],
-                    objects[i].geometry,
-                    pin.SE3(objects[i].placement),
-                )
-                for i in geometry_ids(robot, of)[0]
+                _Piece(expanded.joint_ids[objects[i].parentJoint], solid, pin.SE3(place))
+                for i, (solid, place) in zip(ids, solids_of(robot, ids), strict=True)
             ]
-            for of in (entry.first, entry.other)
+            for ids in (geometry_ids(robot, of)[0] for of in (entry.first, entry.other))
         )
 
     def placed(self, touch: Touch, motion: Motion) -> PlacedPair:
@@ -80,7 +87,7 @@ class Meetings:
                 if met is not None:
                     return _pair(a, b, met, touch, motion)
         shapes = [
-            " or ".join(sorted({type(piece.shape).__name__ for piece in pieces}))
+            " or ".join(sorted({type(piece.solid.geometry).__name__ for piece in pieces}))
             for pieces in (self._first, self._other)
         ]
         raise InputError(
@@ -95,11 +102,11 @@ def _met(
 ) -> _Met | None:
     """How two pieces meet at a point; None where they do not, or not in closed form."""
     found = None
-    if isinstance(a.shape, coal.Sphere) and isinstance(b.shape, coal.Sphere):
+    if a.ball is not None and b.ball is not None:
         found = _balls(a, b, motion)
-    elif isinstance(a.shape, coal.Sphere):
+    elif a.ball is not None:
         found = _ball_on_face(a, b, normal, motion)
-    elif isinstance(b.shape, coal.Sphere):
+    elif b.ball is not None:
         turned = _ball_on_face(b, a, -normal, motion)
         found = None if turned is None else turned._replace(normal=-turned.normal)
     if found is None:
@@ -126,21 +133,19 @@ def _balls(a: _Piece, b: _Piece, motion: Motion) -> _Met | None:
         return None
     normal = way / length
     apart = (moves_a - moves_b)[:3]
-    tilting = (apart - np.outer(normal, normal @ apart)) / length
-    more = 0.5 * (b.shape.radius - a.shape.radius)
-    return _Met(
-        0.5 * (here + there) + more * normal,
-        normal,
-        0.5 * (moves_a + moves_b)[:3] + more * tilting,
-        skew(normal) @ tilting,
-    )
+    turning = np.array(turning_of_line(tuple(normal.tolist()), length, tuple(apart)))
+    more = 0.5 * (b.solid.geometry.radius - a.solid.geometry.radius)
+    # The normal turns by Ω × n.
+    tilting = -skew(normal) @ turning
+    moving = 0.5 * (moves_a + moves_b)[:3] + more * tilting
+    return _Met(0.5 * (here + there) + more * normal, normal, moving, turning)
 
 
 def _ball_on_face(ball: _Piece, flat: _Piece, normal: np.ndarray, motion: Motion) -> _Met | None:
     """A ball on the face of another piece that looks along ``normal``, towards the ball."""
     centre, moves = _centre(ball, motion)
     place = flat.place if flat.joint == 0 else motion.placements[flat.joint] * flat.place
-    height = _height(flat.shape, place.actInv(centre), place.rotation.T @ normal)
+    height = _height(flat.solid, place.actInv(centre), place.rotation.T @ normal)
     if height is None:
         return None
     # The face as a plane of its body, at the foot of the centre.
@@ -150,33 +155,30 @@ def _ball_on_face(ball: _Piece, flat: _Piece, normal: np.ndarray, motion: Motion
         whole = motion.jacobians(flat.joint, point)[1]
         carried, turning = whole[:3], whole[3:]
     # Halfway between both surfaces.
-    down = 0.5 * (ball.shape.radius + height)
+    down = 0.5 * (ball.solid.geometry.radius + height)
     lifted = np.outer(normal, normal @ (moves[:3] - carried))
     tilting = -skew(normal) @ turning
     return _Met(centre - down * normal, normal, moves[:3] - 0.5 * lifted - down * tilting, turning)
 
 
-def _height(shape: coal.CollisionGeometry, centre: np.ndarray, normal: np.ndarray) -> float | None:
+def _height(solid: Solid, centre: np.ndarray, normal: np.ndarray) -> float | None:
     """How far a point is above the face that looks along ``normal``, in the shape's own axes.
 
     None where it has no such face, or the foot of the point is not on it.
     """
-    if isinstance(shape, coal.Halfspace | coal.Plane):
-        own = np.array(shape.n).reshape(3)
-        sign = float(np.sign(own @ normal))
-        if np.abs(sign * own - normal).max() > SAME_POINT:
+    flat = solid.polyhedron
+    if isinstance(solid.convex, HalfSpace):
+        flat = endless_face(solid.convex.normal, solid.convex.height)
+    if flat is None:
+        return None
+    face = int(flat.normals.dot(normal).argmax())
+    if np.abs(flat.normals[face] - normal).max() > SAME_POINT:
+        return None
+    if not flat.is_endless:
+        borders = borders_of(flat, face)
+        if not inside_of(borders, 0, len(borders), tuple(centre.tolist())) > 0.0:
             return None
-        return sign * float(own @ centre - shape.d)
-    if isinstance(shape, coal.Box):
-        half = np.array(shape.halfSide).reshape(3)
-        axis = int(np.abs(normal).argmax())
-        if abs(normal[axis]) < 1.0 - SAME_POINT:
-            return None
-        beside = np.delete(np.arange(3), axis)
-        if not (np.abs(centre[beside]) < half[beside]).all():
-            return None
-        return float(np.sign(normal[axis]) * centre[axis] - half[axis])
-    return None
+    return float(flat.normals[face] @ centre - flat.heights[face])
 
 
 def _pair(a: _Piece, b: _Piece, met: _Met, touch: Touch, motion: Motion) -> PlacedPair:

@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from ...errors import InputError
 from ...rows.entries import FramePair, FunctionRows, rows_of_entry
+from ...rows.frame_pair import turning_of_line
 from .motion import Motion
 from .pulls import Pulls, skew
 
@@ -108,8 +109,9 @@ class PairRows:
             selector[:-1] = 0.0
             between = first.translation - other.translation
             relative = sum((side.sign * side.jacobian[:3] for side in sides), motion.zero[:3])
-            # ``turning_of_line`` by every entry of q.
-            turn = skew(between).dot(relative) / between.dot(between)
+            length = float(np.sqrt(between.dot(between)))
+            n = tuple((between / length).tolist())
+            turn = np.array(turning_of_line(n, length, tuple(relative)))
         else:
             sign = 1.0 if said.carrier == "first" else -1.0
             turn = next((side.jacobian[3:] for side in sides if side.sign == sign), None)
