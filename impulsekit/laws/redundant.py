@@ -8,7 +8,7 @@ import numpy as np
 
 from .compiled import compiled, entry
 from .rank import null_parts, pivoted_cholesky
-from .tolerances import CLEAR, EDGE, PART, VANISHED
+from .tolerances import CLEAR, EDGE, PART
 from .workspace import Sizes, Workspace, workspace
 
 __all__ = ["NO_LOAD", "find_shared", "is_redundant"]
@@ -127,12 +127,8 @@ def _tell_shared(
         owner: (m,) the contact of each entry.
         order: (m,) of the pivots.
     """
-    matrix = work.matrix
-    left = 0.0
-    for r in range(rank, m):
-        left = max(left, matrix[r, r])
-    part = work.moved
-    if rank > 0 and (matrix[rank - 1, rank - 1] ** 2 < CLEAR or left > VANISHED * m):
+    matrix, part = work.matrix, work.moved
+    if rank > 0 and matrix[rank - 1, rank - 1] ** 2 < CLEAR:
         values, vectors = np.linalg.eigh(work.aim[:m, :m].copy())
         for j in range(m):
             part[j] = 0.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 __all__ = [
     "ARRIVED", "AT_REST", "AT_REST_AMONG_OTHERS", "BAR", "CLEAR", "EDGE", "GAIN", "LARGEST",
     "LEAST_PIVOT", "LEAST_RELEASE", "NEGLIGIBLE", "PART", "RESIDUAL_LIMIT", "ROUNDING",
-    "ROUNDING_OF_SUMS", "ROUNDING_OF_TERMS", "SETTLED", "SINGULAR", "UNLOADED", "VANISHED",
+    "ROUNDING_OF_SUMS", "ROUNDING_OF_TERMS", "SETTLED", "SINGULAR", "UNLOADED",
 ]  # fmt: skip
 
 # Velocities.
@@ -68,7 +68,5 @@ CLEAR = 1e-6
 # A pivot, an eigenvalue or a determinant below this share of its terms is a zero, where motions
 # are looked for: 1e-5 of a length is.
 SINGULAR = 1e-10
-# What is left of W below this share of it is rounding of the elimination.
-VANISHED = 1e-13
 # In place of a pivot smaller than this, so that something can be divided by it.
 LEAST_PIVOT = 1e-14
