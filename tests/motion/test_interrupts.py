@@ -25,6 +25,14 @@ from .models import MODELS, sliders
 INTERRUPTED = ik.MotionStatus.INTERRUPTED
 
 
+@pytest.fixture(autouse=True)
+def ctrl_c_interrupts():
+    """A process that a shell starts in the background ignores Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture(scope="module")
 def tumble():
     """A box on four corners that is thrown, its start, and the motion to its end."""
