@@ -146,9 +146,17 @@ def test_the_command_writes_what_was_computed_and_fails(tmp_path):
     ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
     scene = ik.Scene(ball, contacts=[ik.Contact("ball", origin=[0, 0, -1], restitution=1.0)])
     path, output = tmp_path / "scene.toml", tmp_path / "motion.npz"
-    settings = MotionSettings(duration=1e6, max_step=1e-3, max_steps=10**9, max_impacts=10**9)
+    settings = MotionSettings(duration=1e4, max_step=1e-3, max_steps=10**7, max_impacts=10**7)
     ik.save_scene(path, scene, ball.neutral(), ball.velocity(), motion=settings)
-    striking = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
+
+    def strike():
+        # What comes before the motion heeds it would end the command at once, or be lost.
+        while signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            time.sleep(0.01)
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    striking = threading.Thread(target=strike)
     striking.start()
     result = CliRunner().invoke(main, ["simulate", str(path), "-o", str(output)])
     striking.join()
