@@ -105,9 +105,11 @@ def test_coefficients_floor_and_lag_come_back():
 
 @pytest.mark.slow
 def test_intervals_cover_as_they_say():
-    covered = np.mean([np.abs(scores(seed, 10)[0]) < 1.96 for seed in range(40)], axis=0)
-    # Of 40 runs at 94 % some 2.4 miss: more than 7 do so once in 200 times.
-    assert (covered >= 0.82).all()
+    covered = np.array([np.abs(scores(seed, 4)[0]) < 1.96 for seed in range(24)])
+    # Of 24 runs at 94 % some 1.4 miss: more than 4 do so once in 80 times.
+    assert (covered.mean(axis=0) >= 0.82).all()
+    # Of all five together 7.2 of 120: more than 14 once in 150 times, at 80 % 99 times of 100.
+    assert np.sum(~covered) <= 14
 
 
 def test_a_rest_is_found_between_outliers():
