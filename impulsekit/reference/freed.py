@@ -9,7 +9,8 @@ impact equations of the larger system are
     [ a_rp  a_rs ] [ Δs = 0 ] = [ I_r + Λ_r ]
 
 With relative speeds each unknown Λ_r stands alone in its own added equation: the first
-rows are those of the intact system, and the added ones say Λ_r = a_rp Δy_p − I_r.
+rows are those of the intact system, and the added ones say Λ_r = a_rp Δy_p − I_r, where a_rp Δy_p
+is the change of momentum along the freed speeds.
 """
 
 from __future__ import annotations
@@ -80,9 +81,10 @@ def reaction(
         own, own_impulse = own[:0], own_impulse[:0]
     freed = freed_directions(tree.arithmetic, own)
     linear, angular = freed_partials(tree, at, body, freed[:, :3], freed[:, 3:])
+    jump_linear, jump_angular = kane.momenta(at, dy)
     over = ([0, 2], [0, 1])
-    outside = np.tensordot(linear, impulses, axes=over) + np.tensordot(angular, couples, axes=over)
-    constraint = kane.generalized_masses(at, linear, angular) @ dy - outside
+    constraint = np.tensordot(linear, jump_linear - impulses, axes=over)
+    constraint = constraint + np.tensordot(angular, jump_angular - couples, axes=over)
     if len(own) and tree.bodies[body].joint.armature is not None:
         # The rotor takes its part of what acts along the joint's own speeds.
         own_impulse = own_impulse - tree.bodies[body].joint.armature * dy[speeds]

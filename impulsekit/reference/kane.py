@@ -25,6 +25,7 @@ __all__ = [
     "generalized_masses",
     "generalized_momentum",
     "impulses_of_rows",
+    "momenta",
     "singular_at",
     "solve_for_speeds",
 ]
@@ -115,35 +116,29 @@ def generalized_momentum(at: Kinematics, y: Array) -> Array:
 
     A rotor in a joint adds its armature times the joint's speed.
     """
+    linear, angular = momenta(at, y)
+    return _on_speeds(at.linear, linear) + _on_speeds(at.angular, angular) + at.armature * y
+
+
+def momenta(at: Kinematics, y: Array) -> tuple[Array, Array]:
+    """(N, 3) m_k v_k and (N, 3) I_k·ω_k of the bodies, without rotors."""
     linear, spin = at.velocities(y)
-    of_bodies = _on_speeds(at.linear, at.masses[:, None] * linear) + _on_speeds(
-        at.angular, _turned(at.inertias, spin)
-    )
-    return of_bodies + at.armature * y
+    return at.masses[:, None] * linear, _turned(at.inertias, spin)
 
 
-def generalized_masses(
-    at: Kinematics, linear: Array | None = None, angular: Array | None = None
-) -> Array:
+def generalized_masses(at: Kinematics) -> Array:
     """a_lp = Σ_k ( m_k v_klm v_kpm + I_kmn ω_klm ω_kpn ) (Chang & Huston 1995, eq. 30).
 
     Rotors in joints add their armature to the diagonal.
 
-    Args:
-        linear, angular: (N, d, 3) partial velocities of other speeds l, such as those of a
-            freed joint, which move no rotor; the system's own unless given.
-
     Returns:
-        (d, n), or (n, n) and symmetric.
+        (n, n), symmetric.
     """
-    first_linear = at.linear if linear is None else linear
-    first_angular = at.angular if angular is None else angular
     over = ([0, 2], [0, 2])
-    masses = np.tensordot(first_linear, at.masses[:, None, None] * at.linear, axes=over)
-    masses = masses + np.tensordot(first_angular, at.angular @ at.inertias, axes=over)
-    if linear is None and angular is None:
-        own = range(len(masses))
-        masses[own, own] = masses[own, own] + at.armature
+    masses = np.tensordot(at.linear, at.masses[:, None, None] * at.linear, axes=over)
+    masses = masses + np.tensordot(at.angular, at.angular @ at.inertias, axes=over)
+    own = range(len(masses))
+    masses[own, own] = masses[own, own] + at.armature
     return masses
 
 

@@ -49,7 +49,8 @@ class Actors:
         shapes, notes = body_shapes(shown.robot)
         places = joint_places(shown, times)
         looks = np.unique(np.linspace(0, len(times) - 1, min(LOOKS, len(times))).astype(int))
-        poses = [_corners(shapes, places[i]) for i in looks]
+        own = [corners_of(shapes, joint_id) for joint_id in range(places.shape[1])]
+        poses = [_corners(own, places[i]) for i in looks]
         corners = np.concatenate(poses)
         size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses)
         whole = float(np.linalg.norm(np.ptp(corners, axis=0)))
@@ -130,12 +131,15 @@ def _node(joint_id: int, name: str) -> tuple[str, str]:
     return ("bodies", node_name(joint_id, name))
 
 
-def _corners(shapes: Sequence[BodyShape], pose: np.ndarray) -> np.ndarray:
-    """(n, 3) corners of the shapes in one pose, in the world; joints where there is no shape."""
+def _corners(own: Sequence[np.ndarray], pose: np.ndarray) -> np.ndarray:
+    """(n, 3) corners in one pose, in the world; joints where there is no shape.
+
+    ``own``: (n, 3) corners of the shapes on each joint, in its frame.
+    """
     found = [
         corners @ placement.rotation.T + placement.translation
-        for joint_id, place in enumerate(pose)
-        if len(corners := corners_of(shapes, joint_id))
+        for corners, place in zip(own, pose, strict=True)
+        if len(corners)
         for placement in (pin.XYZQUATToSE3(place),)
     ]
     return np.concatenate(found) if found else pose[:, :3]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ class Surface:
     colors: np.ndarray | None = None
     smooth: bool = True
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """(8, 3) the corners of the box around it, along its axes [m]."""
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)

@@ -29,7 +29,7 @@ def test_all_robots():
     above, robots = {}, 0
     for robot in all_robots():
         robots += 1
-        for kind, rows in (("blows", 700), ("contact", 400)):
+        for kind, rows in (("blows", 150), ("contact", 100)):
             found = agreement(random_scene(robot, kind, rng), *random_state(robot, rng, rows))
             if found.worst > 1e-12 or found.statuses:
                 above[robot.name, kind] = found
