@@ -14,6 +14,7 @@ import impulsekit as ik
 from impulsekit.bench.stress import methods
 from impulsekit.bench.stress.bodies import random_links, random_state, robot_of
 from impulsekit.bench.stress.chains import pin_velocities
+from impulsekit.bench.stress.flights import SWEEPS as FLIGHTS
 from impulsekit.bench.stress.judge import judge
 from impulsekit.bench.stress.report import read_points, write_report
 from impulsekit.bench.stress.run import ALL, jobs_of, run, solved_case, sweep_named
@@ -37,7 +38,9 @@ def _wrong(points):
 
 
 # Sweeps that tests of their own hold.
-_OF_THEIR_OWN = ("plane-", "rewritten", "robots", "statement-", "struck")
+_OF_THEIR_OWN = (
+    "plane-", "rewritten", "robots", "statement-", "struck", *(sweep.name for sweep in FLIGHTS)
+)  # fmt: skip
 
 # Cheap cases of each sweep; the costly sizes are in the slow test.
 QUICK = [
@@ -125,10 +128,10 @@ def test_a_sweep_whose_answers_leave_more_than_rounding_is_named():
 
 
 @pytest.mark.slow
-def test_a_hundred_and_fiftieth_of_all_scenes_has_no_silently_wrong_answer():
+def test_a_scene_of_every_second_value_of_all_sweeps_has_no_silently_wrong_answer():
     # Of planar scenes with much friction many have no answer or several, and say so.
     usual = [sweep for sweep in ALL if not sweep.name.startswith(_OF_THEIR_OWN)]
-    points = _points(jobs_of(usual, seed=7, share=1 / 150))
+    points = _points(jobs_of(usual, seed=7, share=0.0)[::2])
     assert count_scenes(points) > 800
     assert not _wrong(points)
     # Yet most are answered: a program that says no to everything is of no use.

@@ -46,8 +46,10 @@ def generalized_inverse(numbers: Arithmetic, matrix: Array) -> tuple[Array, int]
         factors = work[:, column].copy()
         factors[row] = numbers.number(0)
         touched = np.flatnonzero(factors != 0)
+        # Eliminated columns and most of the identity are zero.
+        across = np.flatnonzero(work[row] != 0)
         if len(touched):
-            work[touched] -= np.outer(factors[touched], work[row])
+            work[np.ix_(touched, across)] -= np.outer(factors[touched], work[row, across])
         rows.remove(row)
         columns.remove(column)
     inverse = numbers.zeros(size, size)
