@@ -12,7 +12,10 @@ from pathlib import Path
 
 __all__ = ["ForkedCommand"]
 
-IMPORTED = ["impulsekit.cli", "impulsekit.study", "numba", "xarray", "zarr", "dask.array"]
+IMPORTED = [
+    "impulsekit.cli", "impulsekit.study", "numba", "xarray", "zarr", "dask.array",
+    "tests.batch.preloaded",
+]  # fmt: skip
 
 
 class ForkedCommand:

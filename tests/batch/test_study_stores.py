@@ -460,7 +460,7 @@ def test_a_paused_writer_is_named(files, tmp_path):
 @pytest.mark.slow
 def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
     """After every kill or pause: each row with a status is the study's own, to the last bit."""
-    path = files(samples=1200, chunk=64)
+    path = files(samples=768, chunk=64)
     study = load_study(path)
     run_study(study, tmp_path / "fresh")
     truth = open_study(tmp_path / "fresh")
