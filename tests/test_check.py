@@ -51,6 +51,7 @@ def world():
     return ik.combine(near=near, dog=dog, placements={"near": somewhere()})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 @pytest.mark.parametrize("name", STRUCK)
 def test_robots_agree(name, root):
@@ -73,6 +74,7 @@ def test_a_chain_agrees(root):
     assert ik.check(solved(robot, [random_blow("link_10", 1)])).agrees
 
 
+@pytest.mark.slow
 def test_constraints_agree():
     robot = ik.Robot.from_example("talos", root="freeflyer")
     blow = random_blow(STRUCK["talos"], 2)
@@ -152,6 +154,7 @@ def hinged(size):
     return ik.Robot.from_urdf(robot_text("a", link_text("base"), link, joint))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-9, 1e-12])
 @pytest.mark.parametrize("at", [(0, 0, 0), (0, 0, 0.4), (-0.3, -0.4, 0)])
 def test_a_blow_through_the_axis_moves_nothing_and_agrees(size, at):
@@ -219,6 +222,7 @@ def test_fifty_digits():
 # -- it can say no -------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STRUCK)
 def test_a_velocity_off_by_a_millionth_is_found(name):
     robot = ik.Robot.from_example(name, root="freeflyer")
@@ -414,6 +418,7 @@ def test_masses_that_only_constraints_make_whole_cannot_be_checked(coupler, word
         ik.check(ik.solve(scene, [1.0, -1.0, 1.0], [0, 0, 0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [1e3, 1e6])
 def test_a_robot_far_away_agrees_as_one_at_the_origin(distance):
     robot = ik.Robot.from_example("solo12", root="freeflyer")

@@ -290,6 +290,7 @@ def test_a_report_of_a_robot_at_rest_has_no_noise(solve):
 # warm-up
 
 
+@pytest.mark.slow
 def test_a_warm_up_compiles_all_laws_and_kernels_once():
     result = run("warm-up")
     assert result.exit_code == 0, result.stderr

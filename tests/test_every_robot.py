@@ -85,6 +85,7 @@ def under_both_roots(name, shown_under=ROOTS):
         everything(name, robot, root in shown_under)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOME)
 def test_some_robots(name):
     under_both_roots(name)
@@ -97,6 +98,7 @@ def test_every_robot(name):
     under_both_roots(name, shown_under=ROOTS[1:])
 
 
+@pytest.mark.slow
 def test_two_names_of_one_file_are_one_robot():
     assert len(OTHERS) > 20 and len(SOME) + len(OTHER_ROBOTS) > 65
     for name, first in OTHERS.items():

@@ -32,6 +32,7 @@ def stem(path):
     return path.stem
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SCENES, ids=stem)
 def test_scene_files_solve(path):
     result = CliRunner().invoke(main, ["solve", str(path)])
@@ -47,6 +48,7 @@ def test_scene_files_solve(path):
         assert warned if path.stem in STARTS_APART else result.stderr == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
     [pytest.param(p, marks=pytest.mark.slow if p.stem in LONG else (), id=p.stem) for p in SCRIPTS],

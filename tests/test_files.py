@@ -62,6 +62,7 @@ def nearly_full_disk():
     signal.signal(signal.SIGXFSZ, handler)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_full_disk_leaves_the_file_that_was_there(struck, tmp_path, nearly_full_disk, kind):
     path, write = tmp_path / kind, writers(struck)[kind]
@@ -75,6 +76,7 @@ def test_a_full_disk_leaves_the_file_that_was_there(struck, tmp_path, nearly_ful
     assert os.listdir(tmp_path) == [kind]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("what", ["folder", "pipe", "device", "nowhere", "read-only"])
 def test_what_cannot_be_written_is_told(struck, tmp_path, kind, what):

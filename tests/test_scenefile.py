@@ -239,6 +239,7 @@ def test_a_normal_keeps_its_bits_from_the_first_time_on(normal):
 # Writing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example_reads_back_the_same(path, tmp_path):
     file = ik.load_scene(path)
@@ -262,6 +263,7 @@ def test_example_robots_are_written_by_name(name, load):
 finite = st.floats(-1e100, 1e100)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.lists(finite, min_size=30, max_size=30))
 def test_floats_come_back_bit_for_bit(tmp_path_factory, x):

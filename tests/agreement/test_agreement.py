@@ -12,6 +12,7 @@ pytest.importorskip("numba")
 FEW = {"panda": "fixed", "solo12": "freeflyer", "talos": "freeflyer", "allegro_right_hand": "fixed"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["blows", "contact"])
 @pytest.mark.parametrize("name", FEW)
 def test_some_robots(name, kind):

@@ -83,6 +83,7 @@ def robots():
     return {shape: ik.combine(ball=ball, body=body(shape)) for shape in SHAPES}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ball_first", [True, False])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_ball_and_a_shape_that_float(robots, shape, ball_first):
@@ -100,6 +101,7 @@ def test_a_ball_and_a_shape_that_float(robots, shape, ball_first):
     assert (np.abs(batch.contact_impulses[~apart]).sum(axis=(1, 2)) > 0.0).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [ik.Law("poisson"), ik.Law(order="sequential"), ik.Law("stronge", "path", "sequential")],
@@ -137,6 +139,7 @@ def test_a_ball_inside_a_box_is_left_to_the_single_path(robots):
     assert worst < 1e-9
 
 
+@pytest.mark.slow
 def test_single_precision_leaves_the_touching_to_double(robots):
     scene = ik.Scene(robots["box"], contacts=[ik.Collision("ball/ball", "body/body")])
     q, v = meetings(robots["box"], "box", 40)
@@ -146,6 +149,7 @@ def test_single_precision_leaves_the_touching_to_double(robots):
     assert np.abs(single.v_after - double.v_after).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_what_is_no_ball_is_told(robots):
     pair = ik.combine(a=body("box"), b=body("cylinder"))
     scene = ik.Scene(pair, contacts=[ik.Collision("a/body", "b/body")])

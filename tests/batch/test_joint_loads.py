@@ -97,6 +97,7 @@ def test_they_are_those_of_single_states(name, scene):
     assert compared >= 3
 
 
+@pytest.mark.slow
 def test_a_thousand_falls_on_both_hands():
     """All joints of Talos in one call, as ``solve`` has them row by row."""
     scene, q, v = falling_talos(1000)
@@ -137,6 +138,7 @@ def test_whittakers_pins_carry_what_the_fractions_say():
     np.testing.assert_allclose(pins[::-1], np.abs(exact[1:10]), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_single_precision_and_what_cannot_be():
     scene = next(iter(scenes()))[1]
     q, v = states(TALOS, 4)

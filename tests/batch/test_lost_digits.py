@@ -54,6 +54,7 @@ def condition(robot, q):
     return np.linalg.cond(mass_matrix(robot.model, q))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("friction", "restitution"),
     [

@@ -22,6 +22,7 @@ pytest.importorskip("numba")
 CORNERS = [(x, y, 0.0) for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("friction", "restitution"), [(0.5, 0.0), (0.7, 0.1), (0.3, 0.3)])
 @pytest.mark.parametrize("spread", [0.1, 1.5])
 def test_eight_foot_points(monkeypatch, friction, restitution, spread):

@@ -26,6 +26,7 @@ def made_heavier(text, name, factor):
     return ElementTree.tostring(tree, encoding="unicode")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.3, lambda speed: 0.3], ids=["kernel", "row by row"])
 def test_against_urdfs_with_these_masses(restitution):
     solo = ik.Robot.from_example("solo12", root="freeflyer")

@@ -95,6 +95,7 @@ def test_what_ran_is_compiled():
         meanwhile._kernels_only.reset(token)
 
 
+@pytest.mark.slow
 def test_a_fresh_installation_does_not_wait(tmp_path):
     """Neither is anything said of compiling."""
     out = subprocess.run(

@@ -151,6 +151,7 @@ def test_scenes_with_functions_that_do_not_pickle_are_followed_here():
         ik.simulate_batch(scene, q, v, duration=0.2)
 
 
+@pytest.mark.slow
 def test_processes_that_are_killed_are_replaced():
     q, v = drops(6)
     killed = []
@@ -191,6 +192,7 @@ print(batch.processes, [s.name for s in batch.count()], np.isfinite(batch.q_end[
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_keeps_what_was_computed_and_leaves_no_process(tmp_path):
     script = tmp_path / "run.py"
@@ -254,6 +256,7 @@ high = 0.8
 """
 
 
+@pytest.mark.slow
 def test_a_study_of_motions_goes_to_a_store(tmp_path):
     pytest.importorskip("zarr")
     file = tmp_path / "drops.toml"

@@ -36,6 +36,7 @@ def held_against_solve(scene, q, v, bar=1e-12, share=0.01):
     return batch
 
 
+@pytest.mark.slow
 @every_law
 @pytest.mark.parametrize("restitution", [0.0, 0.4, 1.0])
 @pytest.mark.parametrize("friction", [0.0, 0.1, 0.7, 10.0])
@@ -48,6 +49,7 @@ def test_a_foot_that_slips_stops_turns_and_jams(solo, law, restitution, friction
         assert (batch.status == Status.PAINLEVE_JAM).any()
 
 
+@pytest.mark.slow
 @every_law
 def test_coefficients_of_every_row(solo, law):
     rng = np.random.default_rng(1)
@@ -86,6 +88,7 @@ def refused_where_solve_refuses(scene, q, v):
     return batch, refused
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", ["newton", "poisson"])
 @pytest.mark.parametrize("feet", [("FR_FOOT",), ("FR_FOOT", "HL_FOOT", "FL_FOOT")])
 @pytest.mark.parametrize("held", [False, True])
@@ -127,6 +130,7 @@ def test_one_foot_acts_while_the_other_parts(solo, law):
     assert 10 < refused < 190
 
 
+@pytest.mark.slow
 @every_law
 @pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
 def test_feet_one_after_the_other(solo, law, restitution):
@@ -156,6 +160,7 @@ def test_bodies_that_meet_each_other(law):
     held_against_solve(ik.Scene(robot, contacts=[contact], law=law), *random_states(robot, 60))
 
 
+@pytest.mark.slow
 @every_law
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 @pytest.mark.parametrize("friction", [0.2, 2.0])
@@ -210,6 +215,7 @@ def test_rods_in_the_plane_end_where_routh_says(friction):
     assert turned > 3 or friction > 0.5
 
 
+@pytest.mark.slow
 def test_newtons_law_may_gain_energy_where_slip_turns_about(solo):
     """Kane & Levinson 1985: the normal impulse of a slip that is reversed does too much work."""
     foot = ik.Contact("FR_FOOT", friction=0.5, restitution=1.0)

@@ -17,6 +17,7 @@ def solo():
     return ik.Robot.from_example("solo12", root="freeflyer")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.3, 0.9, 3.0])
 @pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
 def test_one_foot(solo, friction, restitution):
@@ -38,6 +39,7 @@ def test_feet_that_do_not_rub(solo):
     assert worst < 1e-12
 
 
+@pytest.mark.slow
 def test_feet_that_rub(solo):
     values = ((0.5, 0.4), (0.0, 0.8), (0.7, 0.0), (0.3, 0.2))
     contacts = [

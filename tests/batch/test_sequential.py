@@ -19,6 +19,7 @@ def solo():
     return ik.Robot.from_example("solo12", root="freeflyer")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", LAWS)
 @pytest.mark.parametrize("friction", [0.0, 0.4])
 def test_four_feet(solo, restitution, friction):
@@ -34,6 +35,7 @@ def test_four_feet(solo, restitution, friction):
     assert worst < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", LAWS)
 def test_beside_a_held_foot_and_joint_stops(solo, restitution):
     contacts = [

@@ -267,6 +267,7 @@ def test_friction_of_some_contacts_beside_one_by_direction():
         ik.solve_batch(scene, ball.neutral(), friction={"b": [0.1, 0.2]})
 
 
+@pytest.mark.slow
 def test_motions_can_be_loaded_after_numba():
     """Functions called by their address are made as soon as numba is there."""
     code = (

@@ -156,6 +156,7 @@ def test_a_chunk_that_was_changed_on_disk_is_told_and_made_again(files, tmp_path
     assert open_study(tmp_path / "rows").load().identical(whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["v_after", "dof", "dof/0"])
 def test_an_array_that_was_lost_is_told(files, tmp_path, name):
     study = load_study(files())
@@ -170,6 +171,7 @@ def test_an_array_that_was_lost_is_told(files, tmp_path, name):
             look(tmp_path / "rows")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", ["place", "size", "shape", "corner of a mesh"])
 def test_another_collision_geometry_is_another_study(files, tmp_path, change):
     mesh = '<mesh filename="m.obj"/>'
@@ -300,6 +302,7 @@ def test_only_one_run_writes_at_a_time(files, tmp_path):
     run_study(study, tmp_path / "rows")
 
 
+@pytest.mark.slow
 def test_of_many_threads_one_makes_the_store(files, tmp_path):
     study = load_study(files(samples=4096))
     ends = []
@@ -327,6 +330,7 @@ def same_rows(one, other):
     return all(np.array_equal(a[name].values, b[name].values) for name in a.data_vars)
 
 
+@pytest.mark.slow
 def test_the_lock_of_a_dead_process_is_none(files, tmp_path):
     study = load_study(files())
     code = (
@@ -355,6 +359,7 @@ def test_a_store_that_is_taken_away_gets_nothing_more(files, tmp_path):
     assert summarize(tmp_path / "moved").written == 64
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "left", ["writer.lock", "rows.zarr", "rows.partial", ".study.json.12.partial"]
 )
@@ -376,6 +381,7 @@ def test_a_store_half_made_is_made_anew(files, tmp_path, left):
     assert sorted(os.listdir(folder)) == ["rows.zarr", "study.json", "writer.lock"]
 
 
+@pytest.mark.slow
 def test_what_is_no_store_is_told(files, tmp_path):
     study = load_study(files())
     for given in (tmp_path / "none", tmp_path / "s.toml", 3, None):
@@ -413,14 +419,15 @@ def wait_until_written(folder, process):
         time.sleep(0.002)
 
 
+@pytest.mark.slow
 def test_ctrl_c_says_how_to_go_on(files, tmp_path):
-    path = files(samples=50_000, chunk=64)
+    path = files(samples=5_000, chunk=64)
     process = start(path, tmp_path / "rows")
     wait_until_written(tmp_path / "rows", process)
     process.send_signal(signal.SIGINT)
     told = process.communicate(timeout=60)[0]
     assert process.returncode == 130
-    assert "of 50000 rows are written" in told
+    assert "of 5000 rows are written" in told
     assert f"batch {path}" in told
     assert "Traceback" not in told
 
@@ -442,8 +449,9 @@ def test_ctrl_c_while_a_chunk_is_written_comes_after_it(files, tmp_path, monkeyp
     assert summarize(tmp_path / "rows").written == 64
 
 
+@pytest.mark.slow
 def test_a_paused_writer_is_named(files, tmp_path):
-    path = files(samples=50_000, chunk=64)
+    path = files(samples=5_000, chunk=64)
     process = start(path, tmp_path / "rows")
     try:
         wait_until_written(tmp_path / "rows", process)

@@ -77,6 +77,7 @@ def test_a_line_that_was_cut_off_is_left_out(tmp_path):
     assert read_rows(path) == rows[:1]
 
 
+@pytest.mark.slow
 def test_a_stopped_run_goes_on(tmp_path):
     path, seen = tmp_path / "rows.jsonl", []
     chains = [chain_problem(3), chain_problem(4)]
@@ -154,6 +155,7 @@ def test_a_quick_run_does_with_every_second_setting():
 EXACT = ["impulsekit, solve", "impulsekit, delassus", "impulsekit, aba", "pinocchio, aba", "numpy"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", QUICK, ids=lambda p: p.name)
 def test_exact_ways_solve_the_problems_that_they_suit(problem):
     for one in methods([*EXACT, "impulsekit, active set", "pinocchio, crba", "scipy"]):
@@ -181,6 +183,7 @@ def command(*arguments):
 FEW = ("-p", "random tree", "-m", "impulsekit, solve", "-m", "pinocchio")
 
 
+@pytest.mark.slow
 def test_the_command_writes_report_rows_and_diagrams(tmp_path):
     out = tmp_path / "out"
     done = command("--quick", "--part", "rows", *FEW, "-o", out)
@@ -198,6 +201,7 @@ def test_the_command_writes_report_rows_and_diagrams(tmp_path):
     assert (out / "rows.jsonl").read_text() == before
 
 
+@pytest.mark.slow
 def test_the_same_rows_give_the_same_pictures(tmp_path):
     rows = [row for n in (3, 5) for row in measure(chain_problem(n), [RIGHT, WRONG], SHORT)]
     texts = []

@@ -14,6 +14,7 @@ from impulsekit.bench.truths.enumerated import PlaneProblem, whole_answers
 from impulsekit.bench.urdf import joint_text, link_text, robot_text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
 def test_every_answer_in_a_plane_is_one_of_all_modes_and_several_are_told(sweep):
     points = [p for job in jobs_of([sweep], seed=1, share=4 / 500) for p in solved_case(job)]
@@ -22,6 +23,7 @@ def test_every_answer_in_a_plane_is_one_of_all_modes_and_several_are_told(sweep)
     assert sum(p.verdict == "right" for p in points) > len(points) // 3
 
 
+@pytest.mark.slow
 def test_scenes_written_in_other_ways_have_the_same_answer():
     jobs = jobs_of(REWRITTEN_SWEEPS, seed=1, share=6 / 2500)
     points = [p for job in jobs for p in solved_case(job)]
@@ -64,6 +66,7 @@ def test_other_answers_are_told_where_one_load_has_many_shares():
     np.testing.assert_allclose(found, [0.0, 1.055675], atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "place,repeat,seed",
     [
@@ -90,6 +93,7 @@ def test_rounding_decides_nothing(place, repeat, seed):
     assert {point.verdict for point in points} in ({"right"}, {"said so"})
 
 
+@pytest.mark.slow
 def test_an_answer_is_found_where_sweeps_diverge():
     """On one body whatever its axes, with nothing to swap."""
     points = solved_case(("rewritten", 3, 492, 48))

@@ -52,6 +52,7 @@ def test_the_large_ones_are_solved_too(family):
             assert problem.error(impact.v_after) < 1e-11, problem.name
 
 
+@pytest.mark.slow
 def test_names_are_given_once():
     names = [problem.name for problem in problems()]
     assert len(set(names)) == len(names)
@@ -86,6 +87,7 @@ def kept_problems():
     return [problem for problem in problems() if hasattr(problem.exact, "derive")]
 
 
+@pytest.mark.slow
 def test_kept_answers_belong_to_the_problems_of_today():
     for problem in kept_problems():
         entry = kept.kept(problem.family)[str(problem.size)]
@@ -94,6 +96,7 @@ def test_kept_answers_belong_to_the_problems_of_today():
         assert len(entry["answer"]) == len(problem.answer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["random tree 5", "struck robot 9", "closed chain 3"])
 def test_kept_answers_come_out_again(name):
     (problem,) = [p for p in kept_problems() if p.name == name]

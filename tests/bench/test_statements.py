@@ -16,6 +16,7 @@ from impulsekit.reference import Arithmetic
 SHARES = {"statement-turning": 8, "statement-adhesion": 10, "statement-friction": 8}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", [*SWEEPS, *paths.SWEEPS], ids=lambda sweep: sweep.name)
 def test_every_answer_obeys_its_statement(sweep):
     share = SHARES.get(sweep.name, 1) / sweep.repeats
@@ -24,6 +25,7 @@ def test_every_answer_obeys_its_statement(sweep):
     assert sum(p.verdict == "right" for p in points) > 0.9 * len(points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", [*SWEEPS[:3], *paths.SWEEPS], ids=lambda sweep: sweep.name)
 def test_an_impulse_that_is_off_is_seen(sweep, monkeypatch):
     """A thousandth more of all impulses breaks every statement."""
@@ -53,6 +55,7 @@ def test_a_path_followed_in_time_is_the_one_in_closed_form(u, e, mu):
     assert np.abs(found - known[[2, 0]]).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("points", "seed"), [(2, 0), (3, 1), (3, 2), (4, 3), (4, 4)])
 def test_corners_that_share_their_friction_on_one_floor(points, seed):
     """Rods and boxes that stick and slip on several corners, with dependent tangents."""
@@ -70,6 +73,7 @@ def test_slow_slip_of_a_contact_that_holds_has_its_direction():
     assert state.verdict == "right" and state.error < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "repeat", "seed", "state"),
     [
@@ -100,12 +104,14 @@ def test_steps_spent_on_the_modes_leave_some_for_the_last_digits(place, repeat, 
     assert found.verdict == "right" and found.error < 1e-14
 
 
+@pytest.mark.slow
 def test_slip_from_rest_soon_has_a_direction_of_its_own():
     """Friction against the acceleration up to 3e-7 of the velocities left 3e-8 of them."""
     [state] = solved_case(("statement-path-space", 2, 3, 79))
     assert state.verdict == "right" and state.error < 1e-8
 
 
+@pytest.mark.slow
 def test_what_is_passed_within_a_step_does_not_hang_on_the_steps_of_the_truth(monkeypatch):
     """Friction that leaves its cone for a moment: 4e-8 apart where one way did not see it."""
     rng = paths.SWEEPS[0].rng(3, 29, 77)

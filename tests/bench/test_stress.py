@@ -70,6 +70,7 @@ QUICK = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), QUICK)
 def test_no_answer_at_the_edge_is_silently_wrong(name, place):
     points = solved_case((name, place, 0, 0))
@@ -81,6 +82,7 @@ def test_no_answer_at_the_edge_is_silently_wrong(name, place):
 # too generously with it; where one point bears all, up to 3e-12 were left of an answer to a
 # problem that rounding turns into another (off by half). A load of 2e-16 N s on a contact that
 # parts by 2e-15 m/s less than none once made the truth one of another problem.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "repeat", "seed"), [(2, 8, 73), (3, 25, 75), (4, 13, 75), (2, 14, 0)]
 )
@@ -108,6 +110,7 @@ LEFT = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "value", "repeat"), LEFT)
 def test_a_valid_answer_leaves_only_rounding_of_its_equations(name, value, repeat):
     job = (name, sweep_named(name).values.index(value), repeat, 0)

@@ -27,6 +27,7 @@ def _contact(seed):
     return NUMBERS.array(root @ root.T), NUMBERS.array(u)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", range(3))
 def test_turning_slip_does_not_know_in_which_axes_it_is_told(law, seed):
@@ -55,6 +56,7 @@ def test_slip_in_a_plane_is_the_planar_answer(law, across):
     assert abs(found[2] - normal) < bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_friction_along_the_path_takes_energy_and_stays_in_its_cone(law):
     for seed in range(4):
@@ -119,6 +121,7 @@ def test_three_equal_balls_pass_the_blow_on():
     assert after == pytest.approx([*np.zeros(count - 1), 1.0], abs=1e-30)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "place"),
     [

@@ -184,6 +184,7 @@ def test_what_no_contact_tells_has_no_interval_even_where_all_residuals_are_zero
     assert np.isinf(found.sigma[1]) and found.sigma[0] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
 def test_noise_in_the_velocities_before_is_in_the_intervals(told):
     # It goes through the impact: all numbers of a measurement are off together.
@@ -217,6 +218,7 @@ def noisy_impacts(rng, truth, scene, throws, outliers=0):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outliers", [0, 1])
 def test_errors_in_variables_and_outliers_are_covered(outliers):
     truth, _ = thrown(0.6, 0.25)

@@ -66,6 +66,7 @@ def test_errors_that_an_impact_explains_are_not_acted_on():
     assert np.abs((rows @ found.moved).T @ left).max() < 1e-9 * np.abs(rows @ found.moved).max()
 
 
+@pytest.mark.slow
 def test_the_worst_of_a_box_is_that_of_a_fine_grid():
     arm = ik.Robot.from_urdf(pendulum_urdf(2))
     wall = ik.Contact("link_2", at=[0, 0, -1], normal=[-1, 0, 0], friction=0.3)

@@ -57,6 +57,7 @@ def sentences_of(path):
             yield node.lineno, text
 
 
+@pytest.mark.slow
 def test_errors_reports_and_plots():
     """Every sentence in the source of the package: raised, warned, printed, drawn."""
     found = [

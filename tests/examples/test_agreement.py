@@ -10,6 +10,7 @@ NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
 every_scene = pytest.mark.parametrize("name", NAMES)
 
 
+@pytest.mark.slow
 @every_scene
 def test_kane_agrees(name):
     verdict = ik.check(solved(name))

@@ -119,6 +119,7 @@ def test_stopped_door():
     assert np.abs(tip[1:]).max() > 0.01  # along the leaf it may slide
 
 
+@pytest.mark.slow
 def test_brakes_stop_the_door_dead():
     lines = printed("stopped_door")
     goes_on = [float(line[-2]) for line in lines if "goes" in line]
@@ -129,6 +130,7 @@ def test_brakes_stop_the_door_dead():
     assert sum("brake" in line for line in lines) == 7
 
 
+@pytest.mark.slow
 def test_door_stop_at_the_centre_of_percussion_spares_the_hinges():
     inertia = 20 * ((0.9**2 + 0.04**2) / 12 + 0.45**2)
     rows = [[float(x) for x in line] for line in printed("door_stop")[1:]]

@@ -24,6 +24,7 @@ def test_bouncing_ball():
     assert -impact.energy.change == about(0.25 * (0.36 * 9 + 2 / 7 * 4))
 
 
+@pytest.mark.slow
 def test_the_bouncing_ball_ends_up_rolling():
     file = ik.load_scene(EXAMPLES / "bouncing_ball.toml")
     motion = ik.simulate(file.scene, file.q, file.v, settings=file.motion)
@@ -45,6 +46,7 @@ def test_falling_rod():
     assert impact.contacts[0].velocity_after[1] == about(0.5)
 
 
+@pytest.mark.slow
 def test_falling_rods_at_all_angles():
     rows = np.array([[float(x) for x in line] for line in printed("falling_rod")[1:]])
     angles = np.radians(rows[:, 0])
@@ -86,6 +88,7 @@ def test_billiard(name, speeds):
     assert impact.energy.change == pytest.approx(0, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_newtons_cradle():
     rows = printed("newtons_cradle")[1:]
     assert len(rows) == 6
@@ -114,6 +117,7 @@ def test_rocking_block():
     assert impact.energy.after / impact.energy.before == about((7 / 13) ** 2)
 
 
+@pytest.mark.slow
 def test_standing_blocks_rock_on_and_lying_ones_stop():
     standing, lying = printed("rocking_block")[1:]
     assert standing[0] == "standing"
@@ -177,6 +181,7 @@ def test_thrown_ball():
         assert across == pytest.approx(np.zeros(3), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_rough_floor_by_hand():
     """M Δq̇ = Jᵀ P for two rods, with the angles from the vertical, and the laws' own words."""
     after = {}
@@ -252,6 +257,7 @@ def contact_rows(impact):
     return absolute @ np.array([[1, 0], [1, 1]])
 
 
+@pytest.mark.slow
 def test_the_law_that_was_at_work_predicts_best():
     lines = printed("which_law")
     assert lines[1][:4] == ("Stronge,", "along", "the", "path")

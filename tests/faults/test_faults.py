@@ -32,6 +32,7 @@ def test_there_are_two_hundred_and_more_all_distinct():
     assert not [n for n, count in collections.Counter(f.what for f in ALL).items() if count > 1]
 
 
+@pytest.mark.slow
 def test_each_is_an_error_of_ours(every):
     assert not [(one.what, one.kind, one.words) for one in every if not one.is_ours]
 

@@ -37,6 +37,7 @@ def test_a_file_is_its_number_and_the_seed():
     assert file_of(3, 0) != file_of(4, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [0, 70_000])
 def test_two_hundred_files(folder, first):
     outcomes = {try_file(folder, *file_of(7, n), n) for n in range(first, first + 100)}
@@ -51,6 +52,7 @@ def test_two_thousand_files_in_processes_that_may_die():
     assert tally.findings == []
 
 
+@pytest.mark.slow
 @QUIET
 @given(st.randoms(use_true_random=False))
 def test_any_urdf(folder, rng):
@@ -96,6 +98,7 @@ def _dies(folder, kind, content, number):
     return "fine"
 
 
+@pytest.mark.slow
 def test_a_crash_and_a_hang_are_laid_at_the_files_door(monkeypatch):
     monkeypatch.setattr(pool, "try_file", _dies)
     # Processes by fork have the patched function; those of the fuzzer begin afresh.
@@ -121,6 +124,7 @@ class _Forking:
         return getattr(multiprocessing.context.ForkContext(), name)
 
 
+@pytest.mark.slow
 def test_the_quick_form_of_the_command(tmp_path):
     from click.testing import CliRunner
 

@@ -69,6 +69,7 @@ def test_a_browser_runs_nothing_of_a_name(name, tmp_path):
         assert page.requests == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_take_names_as_they_are(name, tmp_path):
     pytest.importorskip("matplotlib")

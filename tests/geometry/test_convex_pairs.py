@@ -97,6 +97,7 @@ def met(solids, places, order=(0, 1), margin=MARGIN):
     return list(meeting_points(first, other, margin))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ordinary", [True, False])
 @pytest.mark.parametrize("kinds", PAIRS)
 def test_the_gap_and_its_points_are_right_to_rounding(kinds, ordinary):
@@ -127,6 +128,7 @@ def test_the_gap_and_its_points_are_right_to_rounding(kinds, ordinary):
         assert np.quantile(off, 0.9) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ordinary", [True, False])
 @pytest.mark.parametrize("kinds", PAIRS)
 def test_the_points_are_the_same_from_whichever_side_they_are_seen(kinds, ordinary):

@@ -86,6 +86,7 @@ IMPOSED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("imposed", IMPOSED)
 @pytest.mark.parametrize("seed", range(3))
 def test_carnot_s_theorem(imposed, seed):

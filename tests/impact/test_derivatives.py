@@ -88,12 +88,14 @@ def close(ours, truth):
 # -- known blows and constraints ---------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["world", "local"])
 def test_known_blows(axes):
     scene = ik.Scene(arm(), [blow("fore", 1, axes), ik.JointImpulse("slide", 0.4)])
     assert_true(scene, *random_state(scene.robot, 3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "constraints",
     [
@@ -193,6 +195,7 @@ HAND = robot(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 def test_joints_that_follow_others(root):
     hand = ik.Robot.from_urdf(HAND, root=root, mimic=True)
@@ -200,6 +203,7 @@ def test_joints_that_follow_others(root):
     assert_true(scene, *random_state(hand, 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.05, 3.0])
 def test_contacts_and_constraints_of_joints_that_follow_others(mu):
     hand = ik.Robot.from_urdf(HAND, root="freeflyer", mimic=True)
@@ -297,6 +301,7 @@ def falling(seed=5):
     return q, v
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["newton", "poisson"])
 @pytest.mark.parametrize("mu", [0.0, 0.02, 3.0])
 def test_one_contact_in_each_mode(law, mu):
@@ -318,6 +323,7 @@ def test_a_contact_that_parts_carries_nothing():
     assert np.array_equal(found.dv_after_dv, np.eye(8))
 
 
+@pytest.mark.slow
 def test_coefficients_that_depend_on_speed_and_tangential_restitution():
     table = ik.RestitutionTable([0.0, 20.0], [0.9, 0.2])
     for law, e_t in (("newton", 0.4), ("poisson", 0.0)):
@@ -339,6 +345,7 @@ def two_bodies(first, other, way):
     return world, q, v
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, 0.05, 2.0])
 def test_a_collision_of_two_balls(mu):
     way = 0.1 * np.array([2.0, 1.0, 2.0]) / 3.0
@@ -347,6 +354,7 @@ def test_a_collision_of_two_balls(mu):
     assert_true(ik.Scene(world, [blow("a/ball", 2)], contacts=[touch]), q, v)
 
 
+@pytest.mark.slow
 def test_a_collision_of_balls_of_two_sizes():
     way = (0.05 + 0.028575) * np.array([2.0, 1.0, 2.0]) / 3.0
     world, q, v = two_bodies("ball", "billiard_ball", way)
@@ -354,6 +362,7 @@ def test_a_collision_of_balls_of_two_sizes():
     assert_true(ik.Scene(world, contacts=[touch]), q, v)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ball_first", [True, False])
 @pytest.mark.parametrize("mu", [0.05, 2.0])
 def test_a_collision_of_a_ball_with_a_face(ball_first, mu):
@@ -440,6 +449,7 @@ def test_restitution_that_is_a_function(law):
         found(sudden)
 
 
+@pytest.mark.slow
 def test_a_table_beside_a_blow_that_presses_what_did_not_approach():
     # Its approach speed is zero here and nearby, so its restitution is that at rest.
     table = ik.RestitutionTable([0.0, 20.0], [0.9, 0.2])
@@ -451,6 +461,7 @@ def test_a_table_beside_a_blow_that_presses_what_did_not_approach():
     assert_true(scene, q, -0.2 * v)
 
 
+@pytest.mark.slow
 def test_a_plane_that_moves():
     own = [
         ik.Contact(
@@ -469,6 +480,7 @@ def test_a_plane_that_moves():
     assert_true(scene, q, v, modes=["sliding"])
 
 
+@pytest.mark.slow
 def test_a_joint_stop():
     stop = ik.JointStop("slide", upper=0.1, restitution=0.5)
     q, v = random_state(arm(), 6)
@@ -485,6 +497,7 @@ def test_several_contacts_beside_a_constraint(law, mu):
     assert_true(scene, *falling(8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["newton", "poisson"])
 @pytest.mark.parametrize(
     "mu", [pytest.param(mu, marks=pytest.mark.slow if mu else ()) for mu in (0.0, 0.05, 3.0)]

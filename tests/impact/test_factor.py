@@ -40,6 +40,7 @@ def factor_at(robot, q, **options):
     return factor.at(None), symmetric(data.M)
 
 
+@pytest.mark.slow
 def test_sparse_and_dense_factor_have_the_digits_of_the_mass_matrix(talos):
     q, _ = random_state(talos, 1)
     sparse, masses = factor_at(talos, q)

@@ -10,6 +10,7 @@ import impulsekit as ik
 from tests.robots import STRUCK, random_blow, random_state, relative
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["world", "local"])
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 @pytest.mark.parametrize("name", STRUCK)

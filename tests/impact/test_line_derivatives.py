@@ -56,6 +56,7 @@ def test_derivatives_of_rods_and_ropes_are_differences_of_solve(law, constraints
             np.testing.assert_allclose(found.contacts[name].dq, truth, atol=1e-8 * size)
 
 
+@pytest.mark.slow
 def test_a_swinging_rope_that_stretches_has_a_sensitivity():
     body = one_body("body", 1, (0.1, 0.2, 0.15))
     scene = ik.Scene(body, contacts=[ik.Rope("body", at=[0.1, 0.2, 0.05], length=0.6)])

@@ -32,6 +32,7 @@ def random_hit(seed):
     return np.array([*block, *slip, un, un, rng.uniform(0.1, 0.9), rng.choice([0.1, 0.4, 1.0])])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", range(8))
 def test_the_law_alone_against_differences(seed, law):
@@ -50,6 +51,7 @@ def test_the_law_alone_against_differences(seed, law):
         assert np.abs(found.table[:, k] - truth).max() < 1e-8 * scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("across", [0.1, 0.3, 1.0, 3.0])
 def test_what_slips_across_comes_to_rest_with_the_slip(across, law):

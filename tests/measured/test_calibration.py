@@ -34,6 +34,7 @@ def test_scale_tilt_and_mass_centre_of_throws():
     assert moved - SCENE.robot.model.inertias[1].lever == pytest.approx(off, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_standard_deviations_are_those_of_repeated_recordings():
     rng = np.random.default_rng(1)
     scores = []
@@ -60,6 +61,7 @@ def test_the_lag_of_recorded_velocities():
     assert calibrate(found, SCENE).velocity_lag == pytest.approx(0.004, abs=3e-4)
 
 
+@pytest.mark.slow
 def test_the_floor_under_bodies_at_rest():
     recordings = []
     for k in range(6):
@@ -115,6 +117,7 @@ def test_one_recording_tells_no_uncertainty():
     assert any("one recording alone" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_bodies_that_do_not_turn_tell_no_mass_centre():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     floor = ik.Contact("ball", at=[0, 0, -0.05], restitution=0.6)

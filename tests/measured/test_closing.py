@@ -44,6 +44,7 @@ def noisy_motion(scene, q, v, duration, count, sigma, rng, name):
     return ik.measured.Recording(scene.robot, motion.t, np.array(seen), name=name)
 
 
+@pytest.mark.slow
 def test_bodies_that_noise_parts_have_collided():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     two = ik.combine(a=ball, b=ball)
@@ -65,6 +66,7 @@ def test_bodies_that_noise_parts_have_collided():
     assert fit["hit: restitution"] == pytest.approx(0.7, abs=0.01)
 
 
+@pytest.mark.slow
 def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
     rod = ik.Robot.from_urdf(ROD)
     stop = ik.JointStop("hinge", lower=-0.4, upper=2.0, restitution=0.6, name="stop")
@@ -79,6 +81,7 @@ def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
     assert fit["stop: restitution"] == pytest.approx(0.6, abs=0.01)
 
 
+@pytest.mark.slow
 def test_balance_of_balls_that_hit_each_other_counts_the_noise_of_their_normal():
     # Noise of known size in closed form: q, v⁻ and v⁺ are off by independent draws.
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")

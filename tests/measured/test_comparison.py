@@ -47,6 +47,7 @@ def rod_impacts(law, e, mu, count, sigma, seed=0):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_many_impacts_with_points_are_fitted_as_one_by_one(monkeypatch):
     seen = rod_impacts(ik.Law(), 0.55, 0.12, 60, 0.01)
@@ -58,6 +59,7 @@ def test_many_impacts_with_points_are_fitted_as_one_by_one(monkeypatch):
     assert batched.sigma == pytest.approx(by_one.sigma, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_the_true_law_predicts_best_and_the_probability_says_so():
     seen = rod_impacts(ik.Law("poisson", "path"), 0.6, 0.3, 120, 0.005)
@@ -88,6 +90,7 @@ def test_laws_that_do_not_differ_are_not_told_apart():
     assert any("not significantly worse" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_e_by_speed_is_found_and_told():
     def e(speed):
         return np.interp(speed, [1.0, 3.0], [0.8, 0.5])

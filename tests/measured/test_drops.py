@@ -48,6 +48,7 @@ def test_the_axes_are_mended_and_flagged_impacts_left_out(drops):
     assert (np.array([m.v_before for m in found.measurements])[:, 0] > 0.0).all()
 
 
+@pytest.mark.slow
 def test_the_report_tells_the_coefficients(drops, capsys):
     main([str(drops)])
     text = capsys.readouterr().out

@@ -22,6 +22,7 @@ def found():
     return scene, pairs, find_impacts([recording for recording, _ in pairs], scene)
 
 
+@pytest.mark.slow
 def test_times_are_within_half_a_sample_and_none_is_missed_or_invented(found):
     _, pairs, impacts = found
     times = {k: [i.time for i in impacts.impacts if i.recording == str(k)] for k in range(10)}
@@ -56,6 +57,7 @@ def test_contacts_noise_and_momentum(found):
     assert (balances > 0.05).mean() > 0.8 and len(impacts.balanced()) == len(impacts)
 
 
+@pytest.mark.slow
 def test_jumps_off_the_floor_of_the_other_impacts_are_phases(found):
     scene, pairs, impacts = found
     first, truth = pairs[0]
@@ -122,6 +124,7 @@ def test_what_is_given_wrongly_is_said(found):
         find_impacts(recording.part(0.0, 0.02), scene)
 
 
+@pytest.mark.slow
 def test_small_bounces_are_found_up_to_where_noise_hides_their_flights():
     rng, seen, invented, all_found = np.random.default_rng(5), [], 0, 0
     for e, rate in ((0.74, 300), (0.6, 300), (0.6, 148), (0.45, 148)):

@@ -27,6 +27,7 @@ def swings(scene, count=8):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", FORCES)
 def test_a_joint_force_comes_back(what):
     true = ik.Scene(ARM, forces=[FORCES[what]], gravity=[0, 0, -9.81])

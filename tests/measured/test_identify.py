@@ -59,6 +59,7 @@ def balls():
     return skidding_balls(0.62, 0.11, 12, np.random.default_rng(0))
 
 
+@pytest.mark.slow
 def test_single_impacts_give_the_coefficients_back(balls):
     scene, recordings = balls
     found = identify(recordings, scene, calibration=False, motions=False)
@@ -87,6 +88,7 @@ def test_whole_motions_give_a_coefficient_back(balls):
     assert "Fitted to whole motions" in text and "held out (3)" in text
 
 
+@pytest.mark.slow
 def test_what_motions_do_not_tell_is_said(balls):
     scene, recordings = balls
     # Without slip along the floor no friction shows.
@@ -200,6 +202,7 @@ def run(*arguments):
     return CliRunner().invoke(main, [str(a) for a in arguments], prog_name="impulsekit")
 
 
+@pytest.mark.slow
 def test_the_command_on_recorded_tosses(tmp_path):
     pytest.importorskip("matplotlib")
     out, picture = tmp_path / "a.json", tmp_path / "a.png"
@@ -213,6 +216,7 @@ def test_the_command_on_recorded_tosses(tmp_path):
     assert "12 recordings" in done.stdout and picture.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_command_says_what_is_wrong(tmp_path):
     done = run("identify", tmp_path / "none.npz", "examples/cube_tosses.toml")
     assert done.exit_code == 2 and "no such file" in done.stderr
@@ -283,6 +287,7 @@ def test_what_identify_cannot_take_is_said(balls):
         fit_motion(recordings, scene, friction="floor")
 
 
+@pytest.mark.slow
 def test_notes_of_recordings_stand_in_the_report(balls):
     scene, recordings = balls
     noted = [replace(each, notes=(f"sample {k} left out",)) for k, each in enumerate(recordings)]

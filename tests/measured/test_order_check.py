@@ -60,6 +60,7 @@ def two_cubes(count):
     return scene, found
 
 
+@pytest.mark.slow
 def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions():
     scene, throws = two_cubes(10)
     assert UNTOLD not in find_impacts(throws, scene, sigma=SIGMA).notes

@@ -96,6 +96,7 @@ def scores(seed, count):
     return off / spread, off
 
 
+@pytest.mark.slow
 def test_coefficients_floor_and_lag_come_back():
     score, off = scores(3, 5)
     assert (np.abs(score) < 4.0).all()

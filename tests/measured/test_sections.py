@@ -41,6 +41,7 @@ def tosses(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_tosses_of_an_elbow_tell_their_coefficients(tosses, monkeypatch):
     # A smaller search than of 540 tosses, and no inertias nor damping: they are the true ones.
     monkeypatch.setattr(elbow, "HELD_OUT", 0.2)
@@ -88,6 +89,7 @@ def jumps(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_landings_are_followed_from_end_to_end(jumps, capsys):
     assert main([str(jumps)]) == 0
     said = capsys.readouterr()

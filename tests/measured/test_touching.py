@@ -64,6 +64,7 @@ def thrown(kind, robot, rng):
     return Recording(robot, t, q, name=f"{hit}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_restitution_comes_back_where_noise_leaves_a_gap(kind):
     robot, rng = point_scene().robot, np.random.default_rng(6)

@@ -54,6 +54,7 @@ def check_drop(kind, seed):
     assert np.sort(np.abs(heights(motion.q[-1])))[3] < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed"), [("planes", 4), ("planes", 11), ("collision", 1), ("ground", 4)]
 )
@@ -80,6 +81,7 @@ def sliding(friction, velocity, duration, **changes):
     return ik.simulate(scene, q, v, duration=duration, samples=41, **changes)
 
 
+@pytest.mark.slow
 def test_it_does_not_matter_which_of_two_bodies_is_named_first():
     scene, q, v = thrown("collision", 1)
     other, _, _ = thrown("the other way round", 1)

@@ -142,6 +142,7 @@ def test_an_interrupt_while_compiled_code_is_loaded_is_not_lost(monkeypatch, dur
     assert motion.t.tolist() == [0.0] and motion.v.tolist() == [[0.1]]
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_was_computed_and_fails(tmp_path):
     ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
     scene = ik.Scene(ball, contacts=[ik.Contact("ball", origin=[0, 0, -1], restitution=1.0)])

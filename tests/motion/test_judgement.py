@@ -59,6 +59,7 @@ def obeys(normals, before, after, impact):
     return not closes and energies[1] <= energies[0] * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 400, 100))
 def test_a_motion_goes_on_from_an_impact_only_where_its_velocity_obeys_the_law(first):
     stopped = 0

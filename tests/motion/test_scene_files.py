@@ -145,6 +145,7 @@ def test_the_command_says_why_it_stopped(tmp_path):
     assert "duration" in result.stderr
 
 
+@pytest.mark.slow
 def test_the_bar_is_silent_in_a_pipe(tmp_path):
     path = written(tmp_path, FILE.replace("duration = 2.0", "duration = 60.0"))
     done = subprocess.run(

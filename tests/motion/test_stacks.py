@@ -66,6 +66,7 @@ def heights(motion, count):
     return motion.q[-1].reshape(count, 7)[:, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_three_boxes_on_each_other_stay_where_they_are(friction):
     turns = [pin.rpy.rpyToMatrix(0, 0, angle) for angle in (0.0, 0.3, -0.2)]

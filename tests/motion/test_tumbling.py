@@ -53,6 +53,7 @@ def check(law, seed, place=None):
     assert np.abs(lowest).max() < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["newton in sequence", "stronge along the path, in sequence"])
 def test_a_box_that_tumbles_comes_to_lie_on_a_face(law):
     check(law, 0)

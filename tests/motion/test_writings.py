@@ -47,6 +47,7 @@ def plain():
 TURNED = pin.SE3(pin.rpy.rpyToMatrix(0.7, -0.4, 1.1), np.array([3.0, -2.0, 5.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "how", [{"world": TURNED}, {"order": -1}, {"swapped": True}], ids=["turned", "order", "swapped"]
 )
@@ -59,6 +60,7 @@ def test_a_fall_does_not_hang_on_how_it_is_written(plain, how):
     np.testing.assert_allclose(states, plain[1], rtol=0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_its_momentum_is_that_of_its_forces_and_no_piece_is_in_the_ground(plain):
     motion, _ = plain
     weight = 9.81 * motion.scene.robot.mass

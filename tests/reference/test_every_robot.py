@@ -40,6 +40,7 @@ def test_all_robots_are_here():
     assert {*REFUSED, *REFUSED_BY_PINOCCHIO, *ILL_CONDITIONED} <= set(ROBOTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 @pytest.mark.parametrize("name", READ)
 def test_masses_impulses_and_velocity_changes_agree(name, root):

@@ -80,6 +80,7 @@ print("in full")
 """
 
 
+@pytest.mark.slow
 def test_it_works_in_full_where_pinocchio_cannot_be_imported():
     rod = robot(
         '<link name="rod"><inertial><mass value="2"/>'

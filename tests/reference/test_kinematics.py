@@ -62,6 +62,7 @@ def every_kind(request):
     return system, model, system.configuration(q), system.speeds(y)
 
 
+@pytest.mark.slow
 def test_partial_velocities_are_derivatives_of_positions(every_kind):
     """v_klm y_l is the rate of the mass centre, ω_klm y_l that of the axes (eqs. 1, 2)."""
     system, model, q, _ = every_kind

@@ -121,6 +121,7 @@ def test_every_kind_of_joint_and_row(root):
     assert relative(kane.row_impulses, maximal.row_impulses) < 1e-11
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 @pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf",
                                   "tiago_pro_description/robots/tiago_pro.urdf"])  # fmt: skip

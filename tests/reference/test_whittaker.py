@@ -57,6 +57,7 @@ def test_long_chains_tend_to_the_limits(strike):
     assert float(u[11] / u[10]) == pytest.approx(-(2 - math.sqrt(3)), rel=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strike", [struck_chain, struck_pendulum])
 @settings(max_examples=40, deadline=None)
 @given(n=st.integers(1, 30), m=positive, length=positive, p=blows)

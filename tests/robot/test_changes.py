@@ -61,6 +61,7 @@ def test_the_robot_itself_is_unchanged():
     assert changed.mass == pytest.approx(mass + 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [0.0, 0.7, np.pi / 2, -2.5])
 @pytest.mark.parametrize("joint", ["shoulder_pan_joint", "elbow_joint", "wrist_3_joint"])
 def test_a_locked_joint_is_the_same_joint_held_at_its_value(joint, value):

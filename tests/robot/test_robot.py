@@ -74,6 +74,7 @@ def test_links_behind_fixed_joints_keep_their_own_mass_and_mass_centre():
     assert not np.allclose(flange.com_in_joint, hand.com_in_joint)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ik.models.example_names())
 def test_every_example_loads_and_its_links_add_up(name):
     robot = ik.Robot.from_example(name, root="freeflyer")

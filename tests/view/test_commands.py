@@ -20,6 +20,7 @@ def run(*arguments):
     return CliRunner().invoke(main, list(arguments))
 
 
+@pytest.mark.slow
 def test_solve_writes_a_page_and_a_sheet(tmp_path):
     page, sheet = tmp_path / "page.html", tmp_path / "sheet.png"
     done = run("solve", CHAIN, "--html", str(page), "--plot", str(sheet))

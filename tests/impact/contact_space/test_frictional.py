@@ -119,6 +119,7 @@ def modes_in_plane(W, b, mu):
     return found
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.integers(2, 4))
 @settings(max_examples=150, deadline=None)
 def test_against_every_mode_in_the_plane(seed, n):
@@ -140,6 +141,7 @@ def test_against_every_mode_in_the_plane(seed, n):
     assert min(np.abs(answer.impulse[rows] - P).max() for P in truths) < 1e-7 * size
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.integers(2, 8), st.booleans())
 @settings(max_examples=700, deadline=None)
 def test_what_holds_for_many(seed, n, poisson):
@@ -175,6 +177,7 @@ def test_what_holds_for_many(seed, n, poisson):
     assert total == pytest.approx(change, abs=1e-9 * size * P.max(initial=1e-300))
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.integers(2, 6))
 @settings(max_examples=150, deadline=None)
 def test_order_and_scale_are_immaterial(seed, n):

@@ -107,6 +107,7 @@ def test_elastic_hits_one_after_the_other_gain_nothing_by_rounding(restitution):
         assert answer.status in (Status.SOLVED, Status.SEQUENCE_TOO_LONG)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.integers(1, 6), st.integers(1, 7))
 @settings(max_examples=300, deadline=None)
 def test_against_every_active_set(seed, n, dof):

@@ -31,6 +31,7 @@ def test_closed_planar_solutions(seed, e, mu):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 4, 7])
 def test_turning_slip_against_quadrature(seed):
     rng, numbers = np.random.default_rng(seed), truth_numbers()

@@ -91,6 +91,7 @@ def test_a_rough_floor_can_raise_the_energy_with_newton():
     assert gain["stronge", "path"] <= 0
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6))
 @settings(max_examples=400, deadline=None)
 def test_every_direction_of_slip_is_found(seed):
@@ -125,6 +126,7 @@ def target_of(u, e, law):
     return np.array([u[0], u[1], (1 + e) * u[2] if law.restitution == "newton" else u[2]])
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 10**6), st.floats(0, 1), st.floats(0, 2), st.sampled_from(LAWS), st.booleans()
 )

@@ -49,6 +49,7 @@ def path_in_polar_coordinates(W, u, mu, e):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_turning_slip_is_exact_to_rounding(seed):
     rng = np.random.default_rng(seed)
@@ -96,6 +97,7 @@ def least_rise(W, u, mu, p_end):
     return float((W[2, 2] - mu * w @ slip / np.hypot(*slip)).min())
 
 
+@pytest.mark.slow
 def test_slip_that_presses_in_for_a_moment_is_told():
     """W_nn < µ w·s for a part of the way only, which may lie between two steps."""
     rng = np.random.default_rng(4)

@@ -84,6 +84,7 @@ def test_corners_that_lift_each_other_in_turn_come_to_rest(law):
     assert max(energy) < 1e-12
 
 
+@pytest.mark.slow
 def test_an_edge_whose_ends_lift_each_other_in_turn_comes_to_rest():
     """Without an end to it this took 6191 impacts of 2e-5 m/s in 0.1 s."""
     half = np.array([0.36, 0.294, 0.357])

@@ -46,6 +46,7 @@ def bounces(height, e, duration):
         times.append(s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["position", "rates", "velocity"])
 def test_ball_on_a_vibrating_table(way):
     robot, e = ball_over_table(), 0.8
@@ -70,6 +71,7 @@ def test_ball_on_a_vibrating_table(way):
         np.testing.assert_allclose(force, 2.0 * (G + rates[1](0.05)), rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-10, 5e-11])
 def test_a_ball_lies_on_the_table_while_it_can(rtol):
     """At rest on the plate it leaves where the plate falls as fast as it would: sin ωt = g/Aω²."""

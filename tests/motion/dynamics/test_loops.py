@@ -79,6 +79,7 @@ def two_bodies():
     return world, q, rng.normal(size=world.nv)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "constraint",
     [
@@ -133,6 +134,7 @@ def test_a_carried_point_moves_evenly():
     np.testing.assert_allclose(way, np.outer(motion.t, [0.5, 0, 0]), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_redundant_loops_are_no_obstacle():
     again = ik.PointAnchor("coupler", "rocker", at=[0.5, 0, 0], other_at=[0, 0.5, 0])
     blow = ik.AppliedImpulse("crank", linear=[0.5, 0, 0], at=[0, 0.2, 0])
@@ -165,6 +167,7 @@ def test_a_loop_meets_a_stop_and_stays_closed():
     assert np.diff(motion.energy().total).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gravity", [0.0, 9.81, 1e4])
 def test_a_straight_pendulum_caught_at_its_middle_pin_goes_on(gravity):
     # Across the straight upper rod the pin is held twice, along it by a row of rounding alone.
@@ -179,6 +182,7 @@ def test_a_straight_pendulum_caught_at_its_middle_pin_goes_on(gravity):
     np.testing.assert_allclose(energy, 0.5 * 2.5**2 - 1.5 * gravity, rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("twice", [False, True])
 def test_accelerations_have_the_digits_of_their_equations(twice):
     """M a = τ + Aᵀλ and A a = b in 50 digits; dependent rows share by least norm."""

@@ -8,6 +8,7 @@ from impulsekit.bench.stress.run import jobs_of, solved_case
 from impulsekit.bench.truths.flown import first_meeting, from_box, from_segment, turned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", SWEEPS, ids=lambda sweep: sweep.name)
 def test_no_flight_is_missed(sweep):
     jobs = [(sweep.name, place, 0, 3) for place in range(len(sweep.values))]

@@ -60,6 +60,7 @@ def pendulum(crank: float, count: int, angle: float, speed: float, times: np.nda
 CASES = [(1.0, 1.0, 2, 20.0), (1.0, 1.0, 2, 6.0), (0.5, 1.3, 2, 12.0), (0.4, 1.1, 3, 9.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("crank", "rail", "count", "speed"), CASES)
 def test_cranks_turn_past_their_change_points(crank, rail, count, speed):
     scene = cranks(crank, rail, count)
@@ -98,6 +99,7 @@ def crossed(crank: float, rail: float, angle: float, speed: float) -> tuple[ik.S
     return scene, (q, v)
 
 
+@pytest.mark.slow
 def test_a_crossed_parallelogram_stays_crossed():
     scene, start = crossed(1.0, 2.0, 1.5, 6.0)
     motion = ik.simulate(scene, *start, duration=1.0)
@@ -112,6 +114,7 @@ def test_a_crossed_parallelogram_stays_crossed():
     assert np.ptp(kinetic) < 1e-6 * kinetic[0]
 
 
+@pytest.mark.slow
 def test_a_linkage_driven_into_a_dead_centre_is_told_to_stand():
     # A rod of .5 m holds the tip of a crank of 1 m to a slider, which is pulled away evenly.
     parts = rod("crank", 1.0) + rod("rod", 0.5) + rod("slide", 0.1)

@@ -50,6 +50,7 @@ def test_figure_3_keeps_its_energy_and_agrees_with_halved_tolerance():
     assert np.abs(loose.q - tight.q).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_figure_3_agrees_with_kanes_equations_integrated_on_their_own():
     motion = follow(struck_pendulum(), 2.0, samples=41)
     robot = motion.scene.robot
@@ -62,6 +63,7 @@ def test_figure_3_agrees_with_kanes_equations_integrated_on_their_own():
         assert np.abs(np.array(ends)[:, [0, 2]] - wanted).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "error"),
     [

@@ -32,6 +32,7 @@ def pulse(at, width, momentum=1.0):
     return force, integral
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["dop853", "radau"])
 @pytest.mark.parametrize("seed", range(4))
 def test_no_pulse_is_stepped_over(ball, seed, method):
@@ -77,6 +78,7 @@ def test_a_pulse_lifts_what_rests():
     assert 3.0 - GRAVITY * 0.1 < motion.v[-1, 0] < 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["dop853", "radau", "rk4", "semi-implicit"])
 @pytest.mark.parametrize("after", [lambda t: t > 1.0, lambda t: t >= 1.0])
 def test_a_force_that_jumps_at_a_stop_time_is_exact(ball, method, after):

@@ -38,6 +38,7 @@ WIRE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WIRE)
 def test_bead_on_a_parabola(way):
     """(1 + 4x²) ẍ = −4 x ẋ² − 2 g x, and the force of the wire m (z̈ + g) along z."""

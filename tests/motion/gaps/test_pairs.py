@@ -34,6 +34,7 @@ def two_cubes():
     return ik.Scene(both, contacts=[ik.Collision("a/box", "b/box")], gravity=(0, 0, 0)), both
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_tumbling_cubes_touch_when_their_separation_is_gone(seed):
     scene, robot = two_cubes()

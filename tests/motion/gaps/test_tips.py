@@ -137,6 +137,7 @@ FOOT = """<mujoco><compiler angle="radian"/><worldbody><geom name="floor" {}/><b
 </worldbody></mujoco>"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("q", "v"),
     [([0, 0.36, 0.1, -0.2, 0.12], [0, 0, 0, 0, 0]), ([0, 0.38, 0.1, -0.2, 0.2], [1, 0, 0, 0, 1])],

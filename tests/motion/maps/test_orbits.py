@@ -131,6 +131,7 @@ def differences(function, x, h=1e-5):
     ).T
 
 
+@pytest.mark.slow
 def test_compass_gait():
     guess = np.array([0.2710, 1.0924, 0.3774])
     orbit = ik.find_orbit(compass(), guess, start=start, back=back, contact="b", duration=1.5)
@@ -169,6 +170,7 @@ def wheel(spokes):
     return robot, half, feet
 
 
+@pytest.mark.slow
 def test_rimless_wheel():
     """The multiplier is cos² 2α, and the speed that returns its closed form (McGeer 1990)."""
     robot, half, feet = wheel(8)

@@ -90,6 +90,7 @@ def test_a_box_that_slides_is_braked_by_friction_and_one_on_a_slope_is_held():
     np.testing.assert_allclose(held, -1.7 * np.array([3.0, 1.0, -9.0]), atol=1e-11)
 
 
+@pytest.mark.slow
 def test_eight_balls_in_a_box_tell_their_weight():
     balls = {f"b{i}": one_body("b", 1.3, 0.004, '<sphere radius=".1"/>') for i in range(8)}
     world = ik.combine(**balls, x=ik.Robot.from_urdf(OPEN_BOX))
@@ -159,6 +160,7 @@ def dropped(seed):
     return ik.simulate(scene, q, v, duration=1.0, samples=5)
 
 
+@pytest.mark.slow
 def test_momentum_and_energy_are_those_that_forces_and_impulses_give():
     motion = dropped(3)
     assert motion.status.finished and len(motion.impacts) > 3 and motion.rests

@@ -18,6 +18,7 @@ PLACES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
 def test_bounces_of_a_ball_die_down_to_rest(place):
     world = ik.combine(

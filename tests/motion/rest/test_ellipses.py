@@ -75,6 +75,7 @@ def test_it_holds_inside_the_ellipse(share, holds):
     assert (np.abs(motion.v[-1]).max() < 1e-12) == holds
 
 
+@pytest.mark.slow
 def test_a_ball_slides_and_rolls_over_ribs():
     ball = on_ground('<sphere radius="0.1"/>')
     friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)

@@ -22,6 +22,7 @@ def moved(contacts, duration, v=None, q=(0, 0, 0, 0, 0, 0, 1), **more):
     return ik.simulate(scene, BLOCK.configuration(root_joint=q), start, duration)
 
 
+@pytest.mark.slow
 def test_it_hangs_until_the_pull_is_more_than_the_pad_bears():
     """A pull of 5 t: let go where m g + 5 t is the pad's 30 N."""
     pull = ik.AppliedForce("block", linear=lambda t: [0, 0, -5 * t])
@@ -66,6 +67,7 @@ def test_on_a_wall_friction_has_the_pull_to_rub_with(force):
     assert motion.contacts["pad"].force(0.5) == pytest.approx([0, 0, held], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_peeled_off_turns_about_its_other_pad():
     """Two pads under a ceiling, weight between them, pulled at one end until the near one goes.
 

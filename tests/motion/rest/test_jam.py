@@ -52,6 +52,7 @@ def about_the_end(angle, slip, spin):
     return (INERTIA * spin + r[0] * y - r[1] * x) / (INERTIA + HALF**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law.restitution}-{law.slip}-{law.order}")
 @pytest.mark.parametrize("degrees", [45.0, 45.01, 50.0, 60.0, 75.9])
 def test_a_jammed_end_stops_at_once_and_the_motion_goes_on(rod, degrees, law):
@@ -121,6 +122,7 @@ def test_what_is_wedged_without_any_force_stands_still(seed):
     assert np.abs(motion.v[-1]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_feet_of_a_robot_that_jam_one_after_the_other():
     """A quadruped lands on stiff joints: a foot that friction jams while it hardly slides stops."""
     robot = ik.Robot.from_example("anymal", root="freeflyer")

@@ -140,6 +140,7 @@ def check_law(motion, bounds, q, v, rate, given, off):
     return dry
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_chains_obey_the_law_at_every_time(seed):
     # Against accelerations by differences of the velocity, and Newton-Euler.

@@ -48,6 +48,7 @@ def test_it_stops_and_sticks_with_its_static_friction():
         assert np.abs(motion._path.step_times - 1.0 / rate).min() < 1e-8
 
 
+@pytest.mark.slow
 def test_a_pull_that_grows_tears_it_off_at_the_static_friction():
     """F = 10 t: it holds until µ_s m g, then m v̇ = 10 t − µ_k m g."""
     pull = ik.AppliedForce("block", linear=lambda t: [10 * t, 0, 0])
@@ -67,6 +68,7 @@ def test_friction_that_is_none_without_slip(friction):
     assert pushed.v[-1][0] == pytest.approx(3.0 / G * (1 - np.exp(-0.5 * G * 0.3)), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_a_box_on_four_points_holds_until_all_of_them_together_cannot():
     """A pull through its centre loads the front points more: none of them slips by itself."""
     box = one_body("box", 1, 0.0067)

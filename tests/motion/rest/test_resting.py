@@ -124,6 +124,7 @@ def test_a_slip_that_begins_slowly_turns_as_it_should():
     assert motion.steps < 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["dop853", "radau"])
 def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances(method):
     leg = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
@@ -151,6 +152,7 @@ FLOOR = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/
 <geometry><box size="20 20 1"/></geometry></collision></link></robot>"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.3, 0.2)])
 @pytest.mark.parametrize("restitution", [0.0, 0.3])
 def test_a_box_that_collides_comes_to_rest_on_its_face(tilt, restitution):

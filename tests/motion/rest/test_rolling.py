@@ -19,6 +19,7 @@ def rolled(v, duration, *, gravity=(0, 0, -G), height=R, **coefficients):
     return ik.simulate(scene, q, ON_FLOOR.velocity(root_joint=v), duration=duration)
 
 
+@pytest.mark.slow
 def test_a_ball_stops_rolling_at_the_closed_form_time():
     """(I + m R²) ω̇ = −ρ m g, of sticking friction; Chrono's case."""
     rho, w = 4e-3, 10.0
@@ -58,6 +59,7 @@ def test_a_ball_on_a_slope_rolls_above_rho_over_r(slope, moves):
     assert found == pytest.approx([0.3 * rate * R, 0, 0, 0, 0.3 * rate, 0], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_slipping_rolling_and_spinning_at_once_against_an_own_integration():
     """A ball thrown along the floor: slip turns into rolling while both moments act."""
     from scipy.integrate import solve_ivp
@@ -144,6 +146,7 @@ def test_a_motion_comes_back_from_its_file(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spin", [0.0, 2.0])
 def test_a_box_that_slides_on_four_points_that_resist_turning(spin):
     """Moments that nothing turns against do no work and share no load: it slides as without."""
@@ -193,6 +196,7 @@ def test_a_point_that_comes_to_rest_again_goes_on_rolling():
     assert np.abs(motion.balance().residual).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("friction", "share"), [(0.0, 0.6), (0.4, 0.6), (0.0, 1.5)])
 def test_a_moment_spins_a_ball_above_what_torsion_bears_with_and_without_friction(friction, share):
     tau = 2e-3

@@ -165,6 +165,7 @@ def forced_scene():
     return ik.Scene(both, forces=forces)
 
 
+@pytest.mark.slow
 def test_all_forces_against_scipy(stepped):
     """The motion under all kinds of forces, against the dynamics of Pinocchio and scipy's loop."""
     scene = forced_scene()
@@ -237,6 +238,7 @@ def test_sliding_block_stops_and_sticks_as_in_closed_form(stepped):
     np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_tumbling_box_moves_as_step_by_step(stepped):
     """Tumbling, sliding and settling made many steps at once, against steps one by one."""
     box = ik.Robot.from_urdf(BOX, root="freeflyer")
@@ -264,6 +266,7 @@ def test_a_tumbling_box_moves_as_step_by_step(stepped):
         assert impact.is_valid()
 
 
+@pytest.mark.slow
 def test_impacts_in_compiled_code_are_those_of_python(stepped, monkeypatch):
     """A box that falls on an edge and then its sole, with everything that is told of impacts."""
     box = ik.Robot.from_urdf(BOX, root="freeflyer")
@@ -346,6 +349,7 @@ def test_steps_made_at_once_are_no_standstill(stepped, monkeypatch):
     assert motion.status is ik.MotionStatus.FINISHED
 
 
+@pytest.mark.slow
 def test_one_sided_springs_against_scipy(stepped):
     """Steps that end at kinks, many at once, against small steps over them."""
     box = ik.Robot.from_urdf(BOX, root="freeflyer")
