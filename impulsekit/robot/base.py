@@ -91,6 +91,7 @@ class RobotBase(Displayed):
         their links an inertia, or lock them with ``JointLock``.
 
         Example:
+            >>> from impulsekit import Robot
             >>> link = "<link name='{}'/>"
             >>> hinge = "<joint name='hinge' type='continuous'><parent link='a'/><child link='b'/>"
             >>> links = link.format("a") + link.format("b")
