@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
@@ -42,7 +43,9 @@ class ForkedCommand:
 
     def send_signal(self, number: signal.Signals) -> None:
         if self.poll() is None:
-            os.kill(self._process.pid, number)
+            # It may end by itself meanwhile.
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._process.pid, number)
 
     def kill(self) -> None:
         """End it, and wait until it has ended."""
@@ -67,6 +70,8 @@ class ForkedCommand:
 
 
 def _run(arguments: list[str], told: str) -> None:
+    # Where the tests themselves ignore Ctrl-C, as in the background, this inherits it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with open(told, "w") as file:
         for stream in (sys.stdout, sys.stderr):
             os.dup2(file.fileno(), stream.fileno())

@@ -410,7 +410,14 @@ def options(path, folder):
 
 def start(path, folder):
     command = [sys.executable, "-m", "impulsekit", *options(path, folder)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        # Where the tests themselves ignore Ctrl-C, as in the background, it would inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
 
 
 def wait_until_written(folder, process):
