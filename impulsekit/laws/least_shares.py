@@ -24,7 +24,7 @@ from .dense import gauss
 from .modes import NULL, residual_of, sizes_of
 from .rank import pivoted_cholesky, range_rows
 from .redundant import is_redundant
-from .tolerances import BAR, CLEAR, VANISHED
+from .tolerances import BAR, CLEAR
 from .words import NO, YES
 from .workspace import Sizes, Workspace, workspace
 
@@ -34,8 +34,8 @@ __all__ = ["STILL", "least_holding", "least_split", "share_if_redundant", "share
 STILL = 1e-11
 # A contact that moves this share of what the lightest does counts as moving that much.
 LIGHTEST = 1e-12
-# Eigenvalues of W, each contact weighted, below this share of the largest are rounding. Pivots
-# below VANISHED and above CLEAR tell the same of its rank.
+# Eigenvalues of W, each contact weighted, below this share of the largest are rounding, and so are
+# pivots where the others are above CLEAR.
 NO_RANGE = 1e-13
 # Newton's steps at most, and halvings of one; what Uᵀp may be off by, relative.
 MOST_STEPS, MOST_HALVINGS = 60, 30
@@ -180,7 +180,7 @@ def _range(weighted: np.ndarray) -> np.ndarray:
     largest = 0.0
     for k in range(size):
         largest = max(largest, weighted[k, k])
-    rank = pivoted_cholesky(factor, size, VANISHED * largest, size, order)
+    rank = pivoted_cholesky(factor, size, NO_RANGE * largest, size, order)
     if rank > 0 and factor[rank - 1, rank - 1] ** 2 > CLEAR * largest:
         rows = np.empty((rank, size))
         range_rows(factor, size, rank, order, rows)
