@@ -12,6 +12,7 @@ import pinocchio as pin
 from ..impact.yielding import own_stops
 from ..robot import Robot
 from ..rows.entries import FramePair, FunctionRows, Site, frame_pair, rows_of_entry
+from ..rows.faint import faintest_mobility
 from ..scene import Collision, Contact, JointStop, Scene
 from ..scene.at_time import scene_at
 from ..scene.constraints import KEPT
@@ -21,7 +22,16 @@ from ..scene.restitution import Restitution, RestitutionTable
 from .balls import ball_of
 from .errors import NoKernelError
 from .followers import Follower
-from .kernels.layout import ALONG_DOF, CONTACT_FLOATS, COUPLE, EXPONENT, FORCE_AT, STIFFNESS
+from .kernels.layout import (
+    ALONG_DOF,
+    BODY_FLOATS,
+    CONTACT_FLOATS,
+    COUPLE,
+    EXPONENT,
+    FAINTEST,
+    FORCE_AT,
+    STIFFNESS,
+)
 from .tree import Tree
 
 __all__ = ["RowMaker", "RowTables", "row_tables"]
@@ -91,6 +101,7 @@ def row_tables(
         tables.keeps.extend([keeps] * len(rows))
     if own_stops(scene):
         raise NoKernelError("a controlled joint with a stop, which yields where it meets it")
+    faintest = faintest_mobility(float(tree.floats.reshape(-1, BODY_FLOATS)[:, 12].sum()))
     for index, contact in enumerate(scene.contacts):
         first = len(tables.terms)
         rows, entry, meeting, numbers = maker.contact(contact, (places or {}).get(index))
@@ -115,6 +126,8 @@ def row_tables(
         numbers[11], numbers[12] = getattr(contact, "tangential_restitution", 0.0), capture
         if scene.law.restitution == "lzb":
             numbers[STIFFNESS], numbers[EXPONENT] = contact.stiffness, scene.law.exponent
+        if not isinstance(contact, JointStop):
+            numbers[FAINTEST] = faintest
         tables.terms.extend(rows)
         ball = len(tables.ball_ints) - 1 if isinstance(contact, Collision) else -1
         tables.contact_ints.append((first, len(rows), entry, meeting, table_at, points, ball))

@@ -57,7 +57,7 @@ class SeveralContactsJump:
             entry.wait(SAVED_OF_SEVERAL)
             return self._general.solve(q, v)
         model, data = self._general.model, self._general.data
-        rows = np.concatenate([point.jacobian(data, q) for point in self._points])
+        rows = np.concatenate([point.jacobian_at(data, q) for point in self._points])
         crba(model, data, q)
         if not self._general.decompose():
             return self._general.solve(q, v)

@@ -18,6 +18,7 @@ from ..laws.coulomb import coulomb_impulse
 from ..laws.tolerances import ROUNDING
 from ..rows.constraints import needs_places
 from ..rows.contacts import PairContact
+from ..rows.faint import faintest_mobility
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from ..scene import Contact, Scene
 from ..scene.friction import static_friction
@@ -47,6 +48,7 @@ class SingleContactJump:
         self._known = known if scene.impulses else None
         # The rows add a frame to the model, and data has to be made after that.
         self._rows = PairContact(scene.robot, reached, entry, 0)
+        self._faintest = faintest_mobility(sum(body.mass for body in reached.model.inertias))
         self._model, self._data = known.model, known.model.createData()
         self._always_regular = always_regular
         self._law = scene.law
@@ -82,7 +84,7 @@ class SingleContactJump:
             RangeError: a restitution function gave something else than 0 to 1.
         """
         model, data = self._model, self._data
-        jacobian = self._rows.jacobian(data, q)
+        jacobian = self._rows.jacobian_at(data, q)
         impulse = None
         if self._known is not None:
             impulse = self._known.generalized_impulse(data, q)
@@ -96,6 +98,9 @@ class SingleContactJump:
         moved = np.array((x1, x2, xn))
         delassus = moved.dot(jacobian.T)
         (t11, t12, n1), (_, t22, n2), (_, _, nn) = delassus.tolist()
+        if 0.0 < nn <= self._faintest or (self._mu and 0.0 < t11 + t22 <= self._faintest):
+            # These may be rounding of rows that are zero.
+            return self._refining.solve(q, v)
         before = jacobian.dot(v)
         u1, u2, un = before.tolist()
         dv_known = None

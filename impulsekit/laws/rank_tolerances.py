@@ -10,7 +10,8 @@ from __future__ import annotations
 
 __all__ = [
     "COARSE", "COMPARABLE", "CONTRADICTION_TOLERANCE", "DEPENDENT_SHARES", "DETERMINED",
-    "EXACT_NULL_ROW", "EXACT_RANK", "FAINT_AXIS", "FAINT_AXIS_PIVOT", "FAINT_PIVOT",
+    "EXACT_NULL_ROW", "EXACT_RANK", "FAINT_AXIS", "FAINT_AXIS_PIVOT", "FAINT_MOBILITY",
+    "FAINT_PIVOT", "FAINT_ROW",
     "GOOD_PIVOT", "IDLE", "IN_SPAN", "LIVE_ROW", "NULL_ROW", "RANK_TOLERANCE", "SHORT_ROW",
     "SMALLEST_PIVOT", "SPAN_ROUNDING", "UNEVEN_AXES", "UNFILLED_ROW", "WEIGHTLESS",
     "WITH_FEW_DIGITS",
@@ -69,6 +70,15 @@ SHORT_ROW = 1e-4
 IDLE = 2e-14
 # Share of its W that a contact row keeps beside bilateral ones; below, digits are lost.
 WITH_FEW_DIGITS = 1e-6
+
+# Rows of contacts that move nothing (``tests/impact/test_contacts_that_cannot_move.py``): smaller
+# ones are looked at more closely, and are zero below ``EXACT_RANK`` of the terms they are sums of.
+
+# [m²] Squares of the normal's row, and of both tangents together, that leave no doubt: rows of
+# 1e-6 are eight orders above the rounding of places 1 m away.
+FAINT_ROW = 1e-12
+# W_nn, times the mass of all bodies, that leaves no doubt: rows of 1e-7 of their sizes.
+FAINT_MOBILITY = 1e-14
 
 # Contacts beside bilateral rows.
 

@@ -13,6 +13,7 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .half import delassus_of, factor_of, halve, solve_mass
+from .rank_tolerances import FAINT_ROW
 from .several import hit_contacts
 from .sharpening import sharpen
 from .status import Status
@@ -20,7 +21,8 @@ from .tolerances import ROUNDING, ROUNDING_OF_SUMS
 from .words import AGAIN, NEWTON
 
 __all__ = [
-    "PlainTogether", "Together", "examples", "is_sound", "posed", "strike_at_once", "write_jump",
+    "PlainTogether", "Together", "examples", "is_faint", "is_sound", "posed", "strike_at_once",
+    "write_jump",
 ]  # fmt: skip
 
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
@@ -83,9 +85,9 @@ def strike_at_once(
     n = coefficients.shape[1]
     W, before = posed(lower, pivots, rows, v)
     points, works, jump = np.empty((3, 3 * n)), np.empty((3, n)), np.empty(len(v))
-    if not is_sound(W, before):
-        return AGAIN, 0.0, 0.0, 0.0, 0, False, jump, points, works
     mu, e, e_t = coefficients[0], coefficients[1], coefficients[2]
+    if not is_sound(W, before, rows, mu):
+        return AGAIN, 0.0, 0.0, 0.0, 0, False, jump, points, works
     code, residual, impulse, after, normal, friction, unique = hit_contacts(
         W, before, before, mu, e, e_t, restitution
     )
@@ -121,8 +123,21 @@ def posed(
 
 
 @borrowing
-def is_sound(W: np.ndarray, before: np.ndarray) -> bool:
-    """Whether all numbers are finite, and impulses move something."""
+def is_faint(rows: np.ndarray, i: int, mu: float) -> bool:
+    """Whether the normal's row of contact i, or both tangents', may be zero but for rounding."""
+    slip = normal = 0.0
+    for k in range(rows.shape[1]):
+        slip += rows[3 * i, k] ** 2 + rows[3 * i + 1, k] ** 2
+        normal += rows[3 * i + 2, k] ** 2
+    return 0.0 < normal <= FAINT_ROW or (mu > 0.0 and 0.0 < slip <= FAINT_ROW)
+
+
+@borrowing
+def is_sound(W: np.ndarray, before: np.ndarray, rows: np.ndarray, mu: np.ndarray) -> bool:
+    """Whether all numbers are finite, impulses move something, and rows are no rounding."""
+    for i in range(len(mu)):
+        if is_faint(rows, i, mu[i]):
+            return False
     total = 0.0
     for r in range(len(before)):
         total += abs(before[r])

@@ -36,9 +36,9 @@ def strike_in_turn(
     n = coefficients.shape[1]
     W, before = posed(lower, pivots, rows, v)
     points, works, jump = np.empty((3, 3 * n)), np.empty((3, n)), np.empty(len(v))
-    if not is_sound(W, before):
-        return AGAIN, 0.0, 0.0, 0.0, 0, False, jump, points, works
     mu, e, e_t = coefficients[0], coefficients[1], coefficients[2]
+    if not is_sound(W, before, rows, mu):
+        return AGAIN, 0.0, 0.0, 0.0, 0, False, jump, points, works
     contacts = Contacts(W, before, e, mu, e_t, restitution, slip)
     sequence, who, hits = sequence_of(n), np.empty(LONG, np.int64), np.empty((LONG, 3))
     step, code = advance_sequence(sequence, contacts, before, LONG, who, hits, path_memory())

@@ -15,7 +15,7 @@ from ..scene import Collision, GapConstraint, GapContact, Scene
 from ..scene.constraints import KEPT
 from .entries import FramePair, FunctionRows, JointRows, rows_of_entry, vectors_of_rows
 from .origin import Places
-from .pair import Pair, PointOnFrame
+from .pair import Pair, PointOnFrame, sizes_of_terms
 from .reach import ReachedModel, branch_of
 
 __all__ = ["ConstraintRows", "needs_places"]
@@ -34,13 +34,10 @@ class _OfPair:
     def __init__(self, reached: ReachedModel, said: FramePair) -> None:
         self.said, self.pair = said, Pair(reached, said)
         self.jacobian = self.pair.jacobian
-        model = reached.model
-        ends = [end for end in (self.pair.first, self.pair.other) if end.moves]
-        self._reach = sum(_reach(model, end) for end in ends)
+        self._reach = sum(_reach(reached.model, end) for end in self.pair.ends_that_move)
         faintest = np.where(np.array(said.select) < 3, min(self._reach or 1.0, 1.0), 1.0)
-        # A free-flyer's own speeds move every point in every direction.
-        free = len(ends) == 1 and _root_kind(model, ends[0]) == "JointModelFreeFlyer"
-        self.faintest = np.zeros(len(said.select)) if free else 10.0 * RANK_TOLERANCE * faintest
+        is_free = self.pair.is_free
+        self.faintest = np.zeros(len(said.select)) if is_free else 10.0 * RANK_TOLERANCE * faintest
 
     def bias(self, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(k,) the rates of the rows' velocities where no joint accelerates."""
@@ -48,14 +45,8 @@ class _OfPair:
 
     def magnitude(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
         """(k, nv) what the rows are differences of; tells a zero from rounding."""
-        first, other = self.pair.ends(data, q)
-        gross = np.abs(first) + np.abs(other)
-        # Axes mix within a triple, so its rows share their size.
-        gross[:3] = np.sqrt((gross[:3] ** 2).sum(axis=0))
-        gross[3:] = np.sqrt((gross[3:] ** 2).sum(axis=0))
-        # What turns the point moves it by differences of places.
-        gross[:3] += self._reach * gross[3:]
-        return gross[list(self.said.select)]
+        sizes = sizes_of_terms(*self.pair.ends(data, q), self._reach)
+        return sizes[list(self.said.select)]
 
 
 class _OfJoints:
@@ -251,10 +242,6 @@ def _reach(model: pin.Model, end: PointOnFrame) -> float:
         reach += float(np.linalg.norm(model.jointPlacements[joint_id].translation))
         joint_id = model.parents[joint_id]
     return reach
-
-
-def _root_kind(model: pin.Model, end: PointOnFrame) -> str:
-    return model.joints[branch_of(model, end.joint_id)].shortname()
 
 
 def needs_places(robot: Robot, scene: Scene) -> Places:

@@ -20,7 +20,8 @@ from ..scene.contacts import turns
 from ..scene.friction import EllipticFriction
 from .ellipses import axis_in_plane, ellipse_of
 from .entries import FunctionRows, frame_pair, joint_rows
-from .pair import Pair, rows_at, turning_rows
+from .faint import cleared, farthest, rows_at, turning_rows
+from .pair import Pair, sizes_of_terms
 from .reach import ReachedModel
 
 __all__ = ["ContactRows", "PairContact", "Touch", "ellipse_axis"]
@@ -147,31 +148,47 @@ class PairContact:
     Attributes:
         needs_places: whether ``touch`` takes ``data`` with joint Jacobians.
         stands_still: whether the plane is the world's.
-        jacobian: (3, nv) its rows, from ``data`` and q.
+        jacobian_at: (3, nv) its rows, from ``data`` and q; of those that are zero the rounding.
     """
 
     def __init__(
         self, robot: Robot, reached: ReachedModel, entry: Contact | Rope, index: int
     ) -> None:
         said = frame_pair(robot, entry)
-        self._pair = Pair(reached, said)
+        self._pair = pair = Pair(reached, said)
         self._index = index
         self._bodies = (
             (said.first.joint_id, said.other.joint_id),
             (said.first.frame_id, said.other.frame_id),
         )
         # A point on a plane in the world is the commonest contact, and the quickest.
-        self.needs_places = not self._pair.is_alone
-        self.stands_still = self._pair.is_alone and said.carrier == "world"
-        self.jacobian = self._pair.jacobian
+        self.needs_places = not pair.is_alone
+        self.stands_still = pair.is_alone and said.carrier == "world"
+        self._model, self._joint_ids = reached.model, (pair.first.joint_id, pair.other.joint_id)
+        self._rubs = isinstance(entry, Contact) and entry.friction != 0.0
+        self._is_free, self.jacobian_at = pair.is_free, pair.jacobian
+
+    def rows(self, data: pin.Data, q: np.ndarray | None = None) -> np.ndarray:
+        """(3, nv) the rows; zero where they are rounding. Without q, of ``data`` with Jacobians."""
+        rows = self._pair.rows(data) if q is None else self._pair.jacobian(data, q)
+        if self._is_free:
+            return rows
+
+        def sizes() -> np.ndarray:
+            if q is not None:
+                pin.forwardKinematics(self._model, data, q)
+            points = [placement.translation for placement in self._pair.placements(data)]
+            arm = farthest(self._model, data, self._joint_ids, points)
+            return sizes_of_terms(*self._pair.ends(data, q), arm)[:3]
+
+        return cleared(rows, sizes, rubs=self._rubs)
 
     def touch_of(self, data: pin.Data, jacobian: np.ndarray) -> Touch:
         """The touching point with its rows."""
         return Touch(self._index, self._pair.axes(data), *self._bodies, jacobian)
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
-        pair = self._pair
-        rows = pair.rows(data) if self.needs_places else pair.jacobian(data, q)
+        rows = self.rows(data, None if self.needs_places else q)
         touches.append(self.touch_of(data, rows))
 
 
@@ -188,7 +205,7 @@ class _Taut(PairContact):
 
     def touch_anyway(self, touches: list[Touch], data: pin.Data) -> None:
         """Touch whatever the length."""
-        touches.append(self.touch_of(data, self._pair.rows(data))._replace(gap=self._gap(data)))
+        touches.append(self.touch_of(data, self.rows(data))._replace(gap=self._gap(data)))
 
     def _gap(self, data: pin.Data) -> float:
         return self._length - self._pair.distance(data)

@@ -12,9 +12,9 @@ from pinocchio import computeFrameJacobian, getFrameJacobian
 from ..geometry.vectors import Vector, along
 from .entries import FramePair, Site
 from .frame_pair import PointMotion, motion_at, passing, relative_rate, turning_of_line
-from .reach import ReachedModel
+from .reach import ReachedModel, branch_of
 
-__all__ = ["Pair", "PointOnFrame", "jacobian_in_world_axes", "rows_at", "turning_rows"]
+__all__ = ["Pair", "PointOnFrame", "ends_at", "jacobian_in_world_axes", "sizes_of_terms"]
 
 _ALIGNED = pin.LOCAL_WORLD_ALIGNED
 # No arm, and no turning.
@@ -101,6 +101,18 @@ class Pair:
         if self.is_alone and self._turns:
             self._reference = pin.LOCAL
         self._turn_selected = None if self._turn is None or said.angular else self._turn[rows]
+
+    @property
+    def ends_that_move(self) -> list[PointOnFrame]:
+        """Those of the two points that a joint carries."""
+        return [end for end in (self.first, self.other) if end.moves]
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the one point that moves hangs under a free-flyer: no row can vanish there."""
+        ends = self.ends_that_move
+        roots = [self._model.joints[branch_of(self._model, end.joint_id)] for end in ends]
+        return [root.shortname() for root in roots] == ["JointModelFreeFlyer"]
 
     def placements(self, data: pin.Data) -> tuple[pin.SE3, pin.SE3]:
         """Of both points, with the axes of their frames; ``data`` with placements of joints."""
@@ -205,36 +217,33 @@ class Pair:
         return point, PointMotion(spin, spin_rate, spin)
 
 
-def rows_at(
-    model: pin.Model,
-    data: pin.Data,
-    joint_ids: tuple[int, int],
-    point: np.ndarray,
-    axes: np.ndarray,
-) -> np.ndarray:
-    """(3, nv) Rᵀ (J_first − J_other) at a point of the world; ``data`` with joint Jacobians."""
-    return axes.T.dot(_relative(model, data, joint_ids, point)[:3])
-
-
-def turning_rows(
-    model: pin.Model, data: pin.Data, joint_ids: tuple[int, int], axes: np.ndarray
-) -> np.ndarray:
-    """(3, nv) Rᵀ (ω_first − ω_other) of two bodies; ``data`` with joint Jacobians."""
-    return axes.T.dot(_relative(model, data, joint_ids, np.zeros(3))[3:])
-
-
-def _relative(
+def ends_at(
     model: pin.Model, data: pin.Data, joint_ids: tuple[int, int], point: np.ndarray
-) -> np.ndarray:
-    """(6, nv) of two bodies at a point of the world, in its axes."""
-    difference = np.zeros((6, model.nv))
-    for sign, joint_id in zip((1.0, -1.0), joint_ids, strict=True):
-        if joint_id > 0:
-            at = pin.SE3(np.eye(3), data.oMi[joint_id].actInv(point))
-            # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-            jacobian = getFrameJacobian(model, data, joint_id, at, _ALIGNED).reshape(6, -1)
-            difference += sign * jacobian
-    return difference
+) -> tuple[np.ndarray, np.ndarray]:
+    """(6, nv) of two bodies at a point of the world, in its axes; zero for the world."""
+    first, other = (
+        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
+        getFrameJacobian(
+            model, data, joint_id, pin.SE3(np.eye(3), data.oMi[joint_id].actInv(point)), _ALIGNED
+        ).reshape(6, -1)
+        if joint_id > 0
+        else np.zeros((6, model.nv))
+        for joint_id in joint_ids
+    )
+    return first, other
+
+
+def sizes_of_terms(first: np.ndarray, other: np.ndarray, arm: float) -> np.ndarray:
+    """(6, nv) what the rows of two ends (6, nv) are differences of: it tells zero from rounding.
+
+    ``arm``: what turns a point moves it by differences of places of this size [m].
+    """
+    sizes = np.abs(first) + np.abs(other)
+    # Axes mix within a triple, so its rows share their size.
+    sizes[:3] = np.sqrt((sizes[:3] ** 2).sum(axis=0))
+    sizes[3:] = np.sqrt((sizes[3:] ** 2).sum(axis=0))
+    sizes[:3] += arm * sizes[3:]
+    return sizes
 
 
 def _turned(turn: np.ndarray, rows: np.ndarray) -> np.ndarray:

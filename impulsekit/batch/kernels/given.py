@@ -204,12 +204,17 @@ class Outputs(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """The numbers of a lone contact on a plane, in one state; capture: below it e is 0 [m/s]."""
+    """The numbers of a lone contact on a plane, in one state.
+
+    Attributes:
+        capture: below it e is 0 [m/s]. faintest: see ``left.is_faint`` [1/kg].
+    """
 
     capture: float
     e_t: float
     e: float
     mu: float
+    faintest: float
 
 
 class Posed(NamedTuple):

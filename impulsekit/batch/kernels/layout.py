@@ -36,6 +36,7 @@ __all__ = [
     "DOF",
     "DOF_INTS",
     "EXPONENT",
+    "FAINTEST",
     "FORCE",
     "FORCE_AT",
     "FREE",
@@ -124,11 +125,12 @@ BLOW_INTS, BLOW_FLOATS = 3, 12
 # stop or -1, meeting that knows the axes or -1, where a table of restitution begins among
 # the floats and how many points it has (0: none). Floats: the contact's axes in the world
 # (9), limits of a stop (2), tangential restitution, speed below which restitution is 0, and
-# under the law "lzb" stiffness and exponent.
+# under the law "lzb" stiffness and exponent; then W_nn up to which the normal's row may be zero but
+# for rounding (0 for a stop).
 # Behind those of all contacts: of each table the speeds, then the values. At last, which of
 # the balls it is or -1; the first limit then is the gap up to which it touches.
-CONTACT_INTS, CONTACT_FLOATS = 7, 15
-STIFFNESS, EXPONENT = 13, 14
+CONTACT_INTS, CONTACT_FLOATS = 7, 16
+STIFFNESS, EXPONENT, FAINTEST = 13, 14, 15
 
 # Balls and what may touch them. Integers: the ball's body, the shape's, the first of two
 # meetings, the shape's kind, 1 or -1 where the normal points away from the ball. The first

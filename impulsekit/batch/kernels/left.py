@@ -12,7 +12,7 @@ from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .jit import built_in
 
-__all__ = ["LEFT", "care_for", "is_close_call", "is_left"]
+__all__ = ["LEFT", "care_for", "is_close_call", "is_faint", "is_left"]
 
 # Nearer than this to no answer or to many, single precision has lost the digits that decide.
 NEAR = 1e-4
@@ -24,6 +24,8 @@ CANCELLED = 0.02
 ALIKE = 1e-3
 # Codes of several contacts that are no answers: there ``solve`` refines what came nearest.
 LEFT = (AGAIN, int(Status.NO_SOLUTION), int(Status.NOT_CONVERGED))
+# Rows in single precision have so many times the rounding, squared.
+COARSER = 1e10
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 _NOT_UNIQUE = int(Status.NOT_UNIQUE)
 
@@ -37,6 +39,18 @@ def care_for(digits):
     if digits == 53:
         return Care(DEPENDENT, ALIKE, False)
     return Care(COARSE, ALIKE, True)
+
+
+@built_in
+def is_faint(nn, tt, faintest, digits):
+    """Whether the normal's row, or both tangents, may be zero but for rounding.
+
+    Args:
+        nn, tt: W_nn, and the trace of W_tt; 0 where no tangents matter [1/kg].
+        faintest: up to this it may be [1/kg].
+    """
+    least = faintest if digits == 53 else COARSER * faintest
+    return 0.0 < nn <= least or 0.0 < tt <= least
 
 
 @built_in

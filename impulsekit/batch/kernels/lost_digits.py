@@ -17,7 +17,7 @@ from .doubt import jump_of_row, size_of_terms
 from .given import Contact
 from .jit import built_in, inlined
 from .lanes import absolute, any_less, where_less, width
-from .layout import BODY, BODY_INTS, DOF, FORCE, JUMP, TARGET
+from .layout import BODY, BODY_INTS, DOF, FAINTEST, FORCE, JUMP, TARGET
 from .memory import load, same, store
 
 __all__ = ["MORE", "contact_of", "lacking", "press_more"]
@@ -101,6 +101,7 @@ def contact_of(touch, inputs, state):
         touch.floats[_OWN_E_T],
         inputs.e[state * inputs.e_step],
         inputs.mu[state * inputs.mu_step],
+        touch.floats[FAINTEST],
     )
 
 
@@ -150,7 +151,7 @@ def _lack(rows, contact, thrown, slow, places, work, w, lane):
 
     Sticking: ξ = 0. Sliding against s: ξ_n = 0 and ξ_t along s, with P_t = −μ P_n s.
     """
-    capture, e_t, e, mu = contact
+    capture, e_t, e, mu, _ = contact
     w_at, before_at, p_at, more_at = places.delassus, places.before, places.p, MORE
     n = (rows - 1) * w + lane
     before = float(work[before_at * w + n])

@@ -8,7 +8,7 @@ from ...laws.tolerances import AT_REST, GAIN
 from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .jit import built_in
-from .left import is_left
+from .left import is_faint, is_left
 
 __all__ = ["solve_alone"]
 
@@ -25,7 +25,7 @@ def solve_alone(rows, contact, places, work, w, lane, digits):
         contact: its numbers.
     """
     w_at, before_at, free_at = places.delassus, places.before, places.free
-    capture, e_t, e, mu = contact
+    capture, e_t, e, mu, faintest = contact
     n = (places.p + rows - 1) * w + lane
     # Widened, that the law itself is exact where the rest is in single precision.
     before = float(work[(before_at + rows - 1) * w + lane])
@@ -34,11 +34,13 @@ def solve_alone(rows, contact, places, work, w, lane, digits):
     b = free
     if before < 0.0 and -before >= capture:
         b += e * before
+    work[n] = 0.0
+    if rows == 3:
+        work[n - w] = 0.0
+        work[n - 2 * w] = 0.0
     if rows == 1 or mu == 0.0:
-        work[n] = 0.0
-        if rows == 3:
-            work[n - w] = 0.0
-            work[n - 2 * w] = 0.0
+        if is_faint(nn, 0.0, faintest, digits):
+            return AGAIN
         if b >= -AT_REST * max(abs(before), abs(free)):
             return _SOLVED
         if not nn > 0.0:
@@ -54,6 +56,8 @@ def solve_alone(rows, contact, places, work, w, lane, digits):
     t11, t12 = float(work[w_at * w + lane]), float(work[(w_at + 1) * w + lane])
     n1, t22 = float(work[(w_at + 2) * w + lane]), float(work[(w_at + 4) * w + lane])
     n2 = float(work[(w_at + 5) * w + lane])
+    if is_faint(nn, t11 + t22, faintest, digits):
+        return AGAIN
     if not (before < 0.0 and -before >= capture):
         e = 0.0
     block = (t11, t12, t22, n1, n2, nn)

@@ -19,7 +19,8 @@ from ...laws.tolerances import NEGLIGIBLE
 from ..codes import AGAIN
 from .held import bear, half_solve, hold
 from .jit import built_in, uncounted
-from .layout import CONTACT_FLOATS, CONTACT_INTS
+from .layout import CONTACT_FLOATS, CONTACT_INTS, FAINTEST
+from .left import is_faint
 
 __all__ = ["Room", "lanes_under", "problem_in"]
 
@@ -222,7 +223,12 @@ def _gather(lane, posed, lanes, space):
         approach = max(-before[3 * k + 2], 0.0)
         given = posed.e[state * posed.e_step + contact]
         space.e[k] = _counted(_coefficient(ints, posed.floats, contact, given, approach))
-        space.e_t[k] = posed.floats[contact * CONTACT_FLOATS + 11]
+        at = contact * CONTACT_FLOATS
+        space.e_t[k] = posed.floats[at + 11]
+        n = 3 * k + 2
+        slip = W[n - 2, n - 2] + W[n - 1, n - 1] if mus[k] > 0.0 else 0.0
+        if is_faint(W[n, n], slip, posed.floats[at + FAINTEST], lanes.digits):
+            return np.int64(-1)
     return count
 
 

@@ -42,7 +42,7 @@ from ...geometry.support import Support, support_of
 from ...robot import Robot
 from ...robot.geometry import geometry_ids
 from ...rows.ellipses import ellipse_of
-from ...rows.pair import rows_at
+from ...rows.faint import rows_at
 from ...rows.reach import ReachedModel
 from ...scene import Collision
 from ...scene.friction import friction_at_rest

@@ -17,7 +17,7 @@ from ...impact.contact_space.problem import Turning
 from ...impact.contact_space.turning import cones_of
 from ...laws.product_cones import IMMOBILE, SMALL, find_cone_impulses
 from ...laws.tolerances import RESIDUAL_LIMIT
-from ...rows.pair import turning_rows
+from ...rows.faint import turning_rows
 from ...scene import Collision, Contact, Scene
 from ...scene.contacts import turns
 from ...tolerances import NONZERO

@@ -18,7 +18,7 @@ from ...laws.half import from_half, halve, is_safe
 from ...laws.residual_bound import momentum_misfit
 from ...laws.single import strike_at_end
 from ...laws.status import Status
-from ...laws.struck import strike_at_once
+from ...laws.struck import is_faint, strike_at_once
 from ...laws.tolerances import RESIDUAL_LIMIT, ROUNDING, ROUNDING_OF_SUMS
 from ...laws.words import NEWTON
 from ...rows.point_rows import write_rows
@@ -111,6 +111,9 @@ def strike_alone(
         return False
     rows = np.empty((3, nv))
     write_rows(table, system.room.kinematics, rows)
+    e, mu, e_t = coefficients
+    if is_faint(rows, 0, mu):
+        return False
     half = rows.copy()
     for i in range(3):
         halve(factor, half[i])
@@ -123,7 +126,6 @@ def strike_alone(
         _dot(half[1], half[2]),
         _dot(half[2], half[2]),
     )
-    e, mu, e_t = coefficients
     hit = strike_at_end(block, u, u, e, mu, e_t, restitution)
     p = np.array(hit.impulse)
     for k in range(nv):
