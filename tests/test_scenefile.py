@@ -590,3 +590,9 @@ def test_numbers_of_any_size_are_no_way_around_the_check(faults_of):
     (fault,) = faults_of(PANDA + '[[impulses]]\nframe = "panda_hand"\nlinear = [0, 0, 1e200]')
     assert fault.startswith("impulses[0].linear[2] must be -1e+100 to 1e+100, got 1e+200")
     assert math.isinf(float("1e400"))
+
+
+def test_only_scenes_are_saved(tmp_path):
+    with pytest.raises(InputError, match="of a Scene, not a str"):
+        ik.save_scene(tmp_path / "scene.toml", "panda")
+    assert not list(tmp_path.iterdir())

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     # Numbers in place of the scene's: for all entries, or by the entries' names.
     Varied = ArrayLike | Mapping[str, ArrayLike]
 
-__all__ = ["BatchInputs", "batch_inputs"]
+__all__ = ["BatchInputs", "batch_inputs", "floats"]
 
 # Points farther from their frame than this [m] are taken for a mistake.
 FARTHEST = 1e6
@@ -183,7 +183,7 @@ def _not_too_fast(v: np.ndarray, codes: np.ndarray) -> np.ndarray:
 
 
 def _matrix(values: Any, width: int, what: str) -> np.ndarray:
-    array = _floats(values, what)
+    array = floats(values, what)
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise _misshapen(what, width, array, f"or ({width},) for all rows")
     return _rows_of(np.atleast_2d(array), what)
@@ -200,7 +200,12 @@ def _rows_of(array: np.ndarray, what: str) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def _floats(values: Any, what: str) -> np.ndarray:
+def floats(values: Any, what: str) -> np.ndarray:
+    """An array of floats.
+
+    Raises:
+        NotFiniteError: what does not hold numbers.
+    """
     try:
         return np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -234,7 +239,7 @@ def _given(scene: Scene, impulses: Any) -> np.ndarray:
             raise UnknownNameError.among("impulse", str(name), names)
         what, where = f'impulses["{name}"]', columns[name]
         width = where.stop - where.start
-        array = _floats(values, what)
+        array = floats(values, what)
         is_blow = isinstance(scene.impulses[names.index(name)], AppliedImpulse)
         fits = array.ndim in (1, 2) and (
             array.shape[-1] == width or (is_blow and array.shape[-1] == 3)
@@ -283,7 +288,7 @@ def _factors(scene: Scene, masses: Any) -> tuple[tuple[str, ...], np.ndarray]:
     for name, values in masses.items():
         link_inertia(scene.robot, name)
         place = f'masses["{name}"]'
-        columns.append(_rows_of(_floats(values, place).reshape(-1), place))
+        columns.append(_rows_of(floats(values, place).reshape(-1), place))
     size = max((len(column) for column in columns), default=1)
     for name, column in zip(masses, columns, strict=True):
         if len(column) not in (1, size):
@@ -308,7 +313,7 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         for name, one in values.items():
             if name not in names:
                 raise UnknownNameError.among("contact", str(name), names)
-            array = _rows_of(_floats(one, place := f'{what}["{name}"]').reshape(-1), place)
+            array = _rows_of(floats(one, place := f'{what}["{name}"]').reshape(-1), place)
             if len(array) > 1 and len(base) == 1:
                 base = np.repeat(base, len(array), axis=0)
             elif len(array) not in (1, len(base)):
@@ -317,7 +322,7 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         if np.isnan(base).any():
             raise InputError(f"{what}: give all contacts theirs where one is more than a number")
         return base
-    table: Any = _floats(values, what)
+    table: Any = floats(values, what)
     if table.ndim == 0:
         table = np.full((1, count), float(table))
     elif table.ndim == 1 and count == 1:

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError
+from ..errors import InputError, MissingExtraError, a_thing
 from ..scene import Scene
+from .inputs import floats
 from .meanwhile import by_kernels_only
 from .result import ImpactBatch
 
-__all__ = ["is_lazy", "solve_lazily", "solve_remotely", "warm_workers"]
+__all__ = ["check_client", "is_lazy", "solve_lazily", "solve_remotely", "warm_workers"]
 
 # Rows of one task where the arrays that are given have no chunks of their own.
 ROWS = 65536
@@ -50,7 +51,7 @@ def solve_lazily(
         threads: of each task.
 
     Raises:
-        InputError: arrays whose leading axes do not agree, or nothing that varies.
+        InputError: arrays whose leading axes do not agree.
         MissingExtraError: dask is not installed.
     """
     with MissingExtraError.unless("dask", "study", "a batch of dask arrays"):
@@ -58,19 +59,15 @@ def solve_lazily(
         import dask.array as da
     from .shapes import shape_of
 
-    rows, chunks = _chunks(given)
+    contacts = len(scene.contacts)
+    chunks = _chunks(given, contacts)
     packed = pickle.dumps(scene)
     key = hashlib.sha256(packed).hexdigest()
     parts: dict[str, list[Any]] = {name: [] for name in (*outputs, "status")}
     solve = dask.delayed(partial(_sent_rows, solve_batch), pure=False)
     begin = 0
     for size in chunks:
-        cut = {
-            name: {k: _cut(one, rows, begin, size) for k, one in value.items()}
-            if isinstance(value, Mapping)
-            else _cut(value, rows, begin, size)
-            for name, value in given.items()
-        }
+        cut = {name: _cut(name, value, (begin, size, contacts)) for name, value in given.items()}
         answer = solve(packed, key, cut, tuple(outputs), number, threads)
         for name in outputs:
             shape = (size, *shape_of(scene, name))
@@ -94,9 +91,10 @@ def solve_remotely(
         solvers: ``solve_batch`` and ``warm_up``, which the workers call.
 
     Raises:
-        InputError: arrays whose leading axes do not agree, or nothing that varies.
+        InputError: arrays whose leading axes do not agree.
         MissingExtraError: dask is not installed.
     """
+    check_client(client)
     solve_batch, warm_up = solvers
     lazy = solve_lazily(solve_batch, scene, given, outputs, number, threads=1)
     client.run(warm_workers, warm_up, pickle.dumps(scene), number)
@@ -110,34 +108,61 @@ def warm_workers(warm_up: Callable[..., object], packed: bytes, number: np.dtype
     warm_up(pickle.loads(packed), dtype=number)
 
 
-def _chunks(given: Mapping[str, Any]) -> tuple[int, tuple[int, ...]]:
-    """How many rows there are, and how they are cut."""
+def check_client(client: Any) -> None:
+    """Prove that something is a client of dask.
+
+    Raises:
+        InputError.
+    """
+    if not all(hasattr(client, name) for name in ("compute", "gather", "run", "submit")):
+        raise InputError(f"client must be a distributed.Client, got {a_thing(client)}")
+
+
+def _chunks(given: Mapping[str, Any], contacts: int) -> tuple[int, ...]:
+    """How many rows each task has."""
     sizes: dict[str, int] = {}
     chunks: tuple[int, ...] | None = None
     for name, value in given.items():
-        entries = value.items() if isinstance(value, Mapping) else ((name, value),)
-        for label, entry in entries:
-            scalar = ("restitution", "friction", "masses")
-            per_row = isinstance(value, Mapping) and name in scalar
-            array: Any = entry if hasattr(entry, "ndim") else np.asarray(entry, dtype=float)
-            if array.ndim == (1 if per_row else 2) and array.shape[0] > 1:
+        mapped = isinstance(value, Mapping)
+        for label, entry in value.items() if mapped else ((name, value),):
+            array = _array(entry, label)
+            if _varies(name, mapped, array, contacts):
                 sizes[label] = int(array.shape[0])
                 if chunks is None and hasattr(array, "__dask_graph__"):
                     chunks = tuple(int(size) for size in array.chunks[0])
-    if len(set(sizes.values())) != 1:
-        raise InputError(f"dask arrays must have one number of rows, got {sizes or 'none'}")
-    rows = next(iter(sizes.values()))
-    if chunks is None:
+    rows = max(sizes.values(), default=1)
+    if not set(sizes.values()) <= {1, rows}:
+        raise InputError(f"the arrays of a batch must have one number of rows, got {sizes}")
+    if chunks is None or sum(chunks) != rows:
         chunks = tuple(min(ROWS, rows - begin) for begin in range(0, rows, ROWS))
-    return rows, chunks
+    return chunks
 
 
-def _cut(value: Any, rows: int, begin: int, size: int) -> Any:
-    """The rows of a task, all of what does not vary."""
-    if value is None or np.isscalar(value):
-        return value
-    array = value if hasattr(value, "ndim") else np.asarray(value, dtype=float)
-    return array[begin : begin + size] if array.ndim and array.shape[0] == rows else array
+def _array(entry: Any, what: str) -> Any:
+    return entry if hasattr(entry, "ndim") else floats(entry, what)
+
+
+def _varies(name: str, mapped: bool, array: Any, contacts: int) -> bool:
+    """Whether the leading axis of an argument of ``solve_batch`` counts the rows."""
+    of_numbers = mapped or contacts == 1
+    scalar = name == "masses" or (name in ("restitution", "friction") and of_numbers)
+    return bool(array.ndim == 2 or (scalar and array.ndim == 1))
+
+
+def _cut(name: str, value: Any, what: tuple[int, int, int], mapped: bool = False) -> Any:
+    """The rows of a task; all of what does not vary.
+
+    Args:
+        what: the first row, their number, and how many contacts the scene has.
+    """
+    if value is None:
+        return None
+    if isinstance(value, Mapping):
+        return {key: _cut(name, one, what, True) for key, one in value.items()}
+    begin, size, contacts = what
+    array = _array(value, name)
+    varies = _varies(name, mapped, array, contacts) and array.shape[0] > 1
+    return array[begin : begin + size] if varies else array
 
 
 def _sent_rows(

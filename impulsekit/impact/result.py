@@ -12,6 +12,7 @@ import numpy as np
 from ..display import one_line
 from ..laws.status import Status, judged
 from ..laws.tolerances import RESIDUAL_LIMIT
+from ..scene.numbers import not_negative
 from .named import ByName
 from .touched import TouchedAnswer
 
@@ -151,7 +152,13 @@ class Impact(TouchedAnswer):
         return doubts_of(self)
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
-        """Whether the status is good and every residual is within ``tol``."""
+        """Whether the status is good and every residual is within ``tol``.
+
+        Raises:
+            NotFiniteError, RangeError: a ``tol`` that is no number from 0 up.
+        """
+        if tol is not RESIDUAL_LIMIT:
+            tol = not_negative(tol, "tol")
         return self.status.valid and self.residuals.largest <= tol
 
     def describe_status(self) -> str:

@@ -259,5 +259,5 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
 
 def check_stiffness(entry: Any, what: str) -> None:
     """Prove that the stiffness of a contact is a number above 0, infinity, or None."""
-    if entry.stiffness != math.inf:
+    if not (isinstance(entry.stiffness, float) and entry.stiffness == math.inf):
         keep(entry, what, optional(positive), "stiffness")

@@ -84,7 +84,7 @@ class Law:
             ("order", ORDERS),
         ):
             value = getattr(self, name)
-            if value not in allowed:
+            if not (isinstance(value, str) and value in allowed):
                 wanted = " or ".join(f'"{word}"' for word in allowed)
                 raise RangeError.of(f"law: {name}", quoted(value), wanted)
         keep(self, "law", between(1.0, 10.0), "exponent")

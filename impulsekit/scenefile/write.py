@@ -64,6 +64,8 @@ def dump_scene(
         >>> print(text.splitlines()[1])
         example = "panda"
     """
+    if not isinstance(scene, Scene):
+        raise InputError(f"a scene file is written of a Scene, not {a_thing(scene)}")
     robot = scene.robot
     model = robot.model
     q = robot.neutral() if q is None else states.checked_configuration(model, q)

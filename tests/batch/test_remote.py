@@ -39,6 +39,39 @@ def test_dask_arrays_in_and_out(scene):
     assert np.array_equal(lazy.status.compute(scheduler="synchronous"), here.status)
 
 
+def test_one_row(scene):
+    q, v = random_states(scene.robot, 1)
+    here = ik.solve_batch(scene, q, v)
+    lazy = ik.solve_batch(scene, da.from_array(q), v)
+    assert np.array_equal(lazy.v_after.compute(scheduler="synchronous"), here.v_after)
+
+
+def test_what_all_rows_share_is_left_whole_where_its_length_is_that_of_the_batch(scene):
+    q, v = random_states(scene.robot, scene.robot.nq)
+    impulses = {"kick": np.random.default_rng(0).normal(size=(len(v), 3))}
+    here = ik.solve_batch(scene, q[0], v, impulses=impulses, friction=[0.3])
+    speeds = da.from_array(v, chunks=(4, -1))
+    lazy = ik.solve_batch(scene, q[0], speeds, impulses=impulses, friction=[0.3])
+    assert np.array_equal(lazy.v_after.compute(scheduler="synchronous"), here.v_after)
+
+
+def test_what_is_no_client(scene, tmp_path):
+    from impulsekit.study import Study, Variation, run_study
+
+    q, v = random_states(scene.robot, 2)
+    with pytest.raises(
+        ik.errors.InputError, match=r"client must be a distributed\.Client, got an int"
+    ):
+        ik.solve_batch(scene, q, v, client=1)
+    pushed = Variation("velocity", low=0.0, high=0.1)
+    study = Study(scene, q[0], v[0], samples=4, vary=[pushed])
+    with pytest.raises(
+        ik.errors.InputError, match=r"client must be a distributed\.Client, got an int"
+    ):
+        run_study(study, tmp_path / "rows", client=1)
+    assert not (tmp_path / "rows").exists()
+
+
 def test_rows_that_do_not_agree(scene):
     q, v = random_states(scene.robot, 10)
     with pytest.raises(ik.errors.InputError, match="one number of rows"):

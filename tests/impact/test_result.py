@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import numpy as np
 import pinocchio as pin
@@ -159,3 +160,12 @@ def test_answers_of_one_scene_do_not_disturb_each_other():
     assert np.array_equal(*at_tip)
     assert first.to_dict() == alone.to_dict()
     assert not np.array_equal(first.dv, second.dv)
+
+
+@pytest.mark.parametrize("tol", ["x", None, -1.0, math.nan])
+def test_a_tolerance_is_a_number_from_0_up(tol):
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(1))
+    impact = ik.solve(ik.Scene(robot), robot.neutral(), [1.0])
+    assert impact.is_valid() and impact.is_valid(0)
+    with pytest.raises(ik.errors.InputError, match="tol must be"):
+        impact.is_valid(tol)

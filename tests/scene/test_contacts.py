@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 
+import numpy as np
 import pytest
 
 import impulsekit as ik
@@ -29,6 +30,7 @@ def test_a_normal_is_kept_at_unit_length():
             "restitution must be 0 to 1, got 1.2",
         ),
         (lambda: ik.Contact("a", restitution=-0.1), errors.RangeError, "0 to 1"),
+        (lambda: ik.Contact("a", stiffness=np.array([])), errors.NotFiniteError, "a number"),
         (
             lambda: ik.Contact("a", friction=-1),
             errors.RangeError,

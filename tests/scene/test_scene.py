@@ -65,6 +65,7 @@ def test_entries_are_called_by_name_or_place(robot):
         (lambda: ik.AppliedImpulse("a", [0, math.nan, 0]), errors.NotFiniteError, r"linear\[1\]"),
         (lambda: ik.AppliedImpulse("a", at=[0, 0, math.inf]), errors.NotFiniteError, r"at\[2\]"),
         (lambda: ik.AppliedImpulse("a", [1e200, 0, 0]), errors.RangeError, "1e[+]100"),
+        (lambda: ik.Law(restitution=np.array([])), errors.RangeError, '"newton" or'),
         (lambda: ik.AppliedImpulse("a", axes="body"), errors.RangeError, '"world" or "local"'),
         (lambda: ik.AppliedImpulse(""), errors.InputError, "must be a non-empty name"),
         (lambda: ik.AppliedImpulse("a", ["x", 0, 0]), errors.NotFiniteError, '"x"'),

@@ -17,7 +17,7 @@ from ...motion.record.status import MotionStatus
 from ..meanwhile import by_kernels_only
 from ..motions.simulate import simulate_batch
 from ..progress import shown
-from ..remote import warm_workers
+from ..remote import check_client, warm_workers
 from ..solve import solve_batch, warm_up
 from .store import StudyStore
 from .study import Study
@@ -69,6 +69,8 @@ def run_study(
         >>> rows
         100
     """
+    if client is not None:
+        check_client(client)
     place = StudyStore(store, study)
     with place.opened() as todo:
         before = study.samples - sum(end - begin for begin, end in map(study.rows, todo))
