@@ -56,8 +56,10 @@ class ForkedCommand:
         """Stop it, and wait until it stands still, as far as the system tells."""
         self.send_signal(signal.SIGSTOP)
         state = Path(f"/proc/{self._process.pid}/stat")
-        while state.exists() and state.read_text().rpartition(")")[2].split()[0] not in "TZX":
-            time.sleep(0.001)
+        # What has ended is gone from there, between two looks.
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            while state.read_text().rpartition(")")[2].split()[0] not in "TZX":
+                time.sleep(0.001)
 
     def wait(self, timeout: float) -> None:
         self._process.join(timeout)
