@@ -213,7 +213,7 @@ def test_fifty_digits():
     robot = ik.Robot.from_example("ur5")
     impact = solved(robot, [random_blow("tool0", 1)], [ik.JointLock("elbow_joint")])
     check = ik.check(impact, digits=50)
-    assert check.agrees and check.numbers == "mpmath, 50 digits"
+    assert check.agrees and check.numbers == "MPFR, 50 digits"
     assert not ik.check(spoilt(impact, 1 + 1e-6), digits=50).agrees
     loop = ik.PointAnchor("tool0", "forearm_link", at=(0.1, 0, 0))
     assert ik.check(solved(robot, [random_blow("tool0", 1)], [loop, loop]), digits=30).agrees
@@ -514,6 +514,13 @@ def test_given_models_are_checked_beside_urdfs_and_where_they_are_placed():
     q = pin.integrate(both.model, both.neutral(), 0.3 * rng.normal(size=both.nv))
     result = ik.check(ik.solve(scene, q, rng.normal(size=both.nv)))
     assert result.agrees, result.report()
+
+
+def test_a_check_leaves_the_precision_of_gmpy2_alone():
+    gmpy2 = pytest.importorskip("gmpy2")
+    with gmpy2.local_context(gmpy2.get_context(), precision=53) as context:
+        assert ik.check(solved(ik.Robot.from_example("ur5"), [random_blow("tool0", 1)]), digits=50)
+        assert context.precision == gmpy2.get_context().precision == 53
 
 
 def test_a_given_model_is_checked_in_fifty_digits():

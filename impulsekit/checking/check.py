@@ -55,7 +55,8 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
 
     Args:
         impact: a solved impact, or a motion.
-        digits: decimal digits of the reference (16 or more), by mpmath; by default doubles.
+        digits: decimal digits of the reference (16 or more), by MPFR where gmpy2 is installed,
+            else by mpmath; by default doubles.
 
     Raises:
         InputError: the impact cannot be checked: its robot has a joint that the reference
@@ -83,9 +84,14 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
         raise InputError(f"check takes an Impact, not {a_thing(impact)}")
     if digits is not None and not (isinstance(digits, int) and digits >= 16):
         raise RangeError.of("digits", digits, "a whole number from 16 up")
-    scene = impact.scene
-    reference = reference_robot(scene.robot, digits)
-    system = reference.system
+    reference = reference_robot(impact.scene.robot, digits)
+    with reference.system.arithmetic.precision():
+        return _checked(impact, reference)
+
+
+def _checked(impact: Impact, reference: ReferenceRobot) -> Check:
+    """As ``check``, by a reading of the robot."""
+    scene, system = impact.scene, reference.system
     try:
         at = system.kinematics(impact.q)
     except StateError as error:

@@ -76,8 +76,9 @@ def reference_robot(robot: Robot, digits: int | None) -> ReferenceRobot:
     """
     kept = _kept.setdefault(robot, {})
     if digits not in kept:
-        numbers = Arithmetic.double() if digits is None else Arithmetic.mpmath(digits)
-        kept[digits] = read_reference(robot, numbers)
+        numbers = Arithmetic.double() if digits is None else Arithmetic.precise(digits)
+        with numbers.precision():
+            kept[digits] = read_reference(robot, numbers)
     return kept[digits]
 
 

@@ -1,7 +1,8 @@
 """The independent truth: Chang & Huston's method, equation by equation, in any precision.
 
 Nothing here knows Pinocchio. A URDF is read by yourdfpy, the bodies' motion and the impact
-equations are those of the paper, and the numbers are doubles, long doubles or mpmath's.
+equations are those of the paper, and the numbers are doubles, long doubles or of
+as many digits as are asked for.
 
     urdf ─► reading ─► tree ─► kinematics ─► kane ─► impact, system   the method of the paper
                                    │           └─► freed              what joints carry

@@ -9,14 +9,16 @@ here, so that the same operations run in every precision and none of them is LAP
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impulsekit.errors import MissingExtraError, NotFiniteError, RangeError
+from impulsekit.reference.mpfr import Mpfr
 
 __all__ = ["Arithmetic", "Array", "closed", "read_only"]
 
@@ -27,10 +29,10 @@ Array = NDArray[Any]
 class Arithmetic:
     """The numbers that a computation runs on.
 
-    Make one with :meth:`double`, :meth:`long_double` or :meth:`mpmath`.
+    Make one with :meth:`double`, :meth:`long_double`, :meth:`mpmath` or :meth:`precise`.
 
     Attributes:
-        name: "double", "long double" or "mpmath, 50 digits".
+        name: "double", "long double", "mpmath, 50 digits" or "MPFR, 50 digits".
         dtype: numpy's type of the arrays.
         epsilon: distance from 1 to the next number.
 
@@ -66,22 +68,45 @@ class Arithmetic:
             MissingExtraError: mpmath is not installed.
             RangeError: fewer than 16 digits asked for.
         """
-        if int(digits) != digits or digits < 16:
-            raise RangeError.of("digits", digits, "a whole number from 16 up")
+        _check_digits(digits)
         with MissingExtraError.unless("mpmath", "reference", f"arithmetic of {digits} digits"):
             from mpmath import MPContext
         context = MPContext()
         context.dps = int(digits)
         return cls(f"mpmath, {digits} digits", np.dtype(object), context.eps, context)
 
+    @classmethod
+    def precise(cls, digits: int = 50) -> Arithmetic:
+        """Numbers of ``digits`` decimal digits: MPFR's where gmpy2 is installed, else mpmath's.
+
+        MPFR takes about a fifth of the time. Compute within :meth:`precision`.
+
+        Raises:
+            MissingExtraError, RangeError: as :meth:`mpmath`.
+        """
+        try:
+            import gmpy2  # noqa: F401
+        except ImportError:
+            return cls.mpmath(digits)
+        _check_digits(digits)
+        functions = Mpfr(digits)
+        return cls(f"MPFR, {digits} digits", np.dtype(object), functions.eps, functions)
+
+    def precision(self) -> AbstractContextManager[Any]:
+        """Within it these numbers have their digits; afterwards the process is as it was."""
+        own = getattr(self._context, "precision", nullcontext)
+        return cast("AbstractContextManager[Any]", own())
+
     # -- numbers and arrays ---------------------------------------------------
 
     def number(self, value: Any) -> Any:
-        """One number: of an int, a float, a fraction, a decimal string or a number of mpmath.
+        """One number: of an int, a float, a fraction, a decimal or a number of mpmath or MPFR.
 
         A string is read as the decimal it writes, to the precision at hand.
         """
         if self._context is not None:
+            if type(value).__name__ == "mpfr" and not isinstance(self._context, Mpfr):
+                value = Fraction(*value.as_integer_ratio())
             if isinstance(value, Fraction):
                 return self._context.mpf(value.numerator) / value.denominator
             if isinstance(value, np.longdouble):
@@ -94,7 +119,7 @@ class Arithmetic:
             return float(value)
         if isinstance(value, Fraction):
             return np.longdouble(value.numerator) / np.longdouble(value.denominator)
-        if type(value).__name__ == "mpf":
+        if type(value).__name__ in ("mpf", "mpfr"):
             high = float(value)
             return np.longdouble(high) + np.longdouble(float(value - high))
         return np.longdouble(value)
@@ -292,6 +317,11 @@ def closed(values: Array) -> Array:
     """The same array, closed against writing."""
     read_only(values)
     return values
+
+
+def _check_digits(digits: Any) -> None:
+    if int(digits) != digits or digits < 16:
+        raise RangeError.of("digits", digits, "a whole number from 16 up")
 
 
 def _as_columns(right: Array) -> Array:

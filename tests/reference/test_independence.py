@@ -58,7 +58,8 @@ else:
 from impulsekit.reference import *
 
 urdf, rod = sys.argv[1:]
-for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(60)):
+for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(60),
+                   Arithmetic.precise(60)):
     bars = KaneSystem.from_urdf(urdf, arithmetic=arithmetic)
     ball = KaneSystem.from_urdf(rod, root="freeflyer", arithmetic=arithmetic)
     both = KaneSystem.combine({"ball": ([0, 0, 1], arithmetic.eye(3))}, bars=bars, ball=ball)
