@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing
-from ..reference import KaneImpact, Rows
+from ..reference import Arithmetic, KaneImpact, Rows
 from ..scene import GapContact, JointStop
 from .compare import compared
 from .conditions import conditions_of, take
@@ -84,9 +84,9 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
         raise InputError(f"check takes an Impact, not {a_thing(impact)}")
     if digits is not None and not (isinstance(digits, int) and digits >= 16):
         raise RangeError.of("digits", digits, "a whole number from 16 up")
-    reference = reference_robot(impact.scene.robot, digits)
-    with reference.system.arithmetic.precision():
-        return _checked(impact, reference)
+    numbers = Arithmetic.double() if digits is None else Arithmetic.precise(digits)
+    with numbers.precision():
+        return _checked(impact, reference_robot(impact.scene.robot, numbers))
 
 
 def _checked(impact: Impact, reference: ReferenceRobot) -> Check:

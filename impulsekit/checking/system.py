@@ -68,23 +68,24 @@ class ReferenceRobot:
         return {name: inner for name, inner in found.items() if inner in known}
 
 
-def reference_robot(robot: Robot, digits: int | None) -> ReferenceRobot:
+def reference_robot(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
     """The reference's own reading of a robot's URDF, kept as long as the robot lives.
+
+    Args:
+        robot: the robot.
+        numbers: those that the reference computes with; those of one name are the same.
 
     Raises:
         InputError: the robot cannot be made by the reference; it says why.
     """
     kept = _kept.setdefault(robot, {})
-    if digits not in kept:
-        numbers = Arithmetic.double() if digits is None else Arithmetic.precise(digits)
+    if numbers.name not in kept:
         with numbers.precision():
-            kept[digits] = read_reference(robot, numbers)
-    return kept[digits]
+            kept[numbers.name] = read_reference(robot, numbers)
+    return kept[numbers.name]
 
 
-_kept: weakref.WeakKeyDictionary[Robot, dict[int | None, ReferenceRobot]] = (
-    weakref.WeakKeyDictionary()
-)
+_kept: weakref.WeakKeyDictionary[Robot, dict[str, ReferenceRobot]] = weakref.WeakKeyDictionary()
 
 
 def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:

@@ -10,7 +10,7 @@ import numpy as np
 import impulsekit as ik
 from impulsekit.checking.demands import constraint_rows, known_impulses
 from impulsekit.checking.system import reference_robot
-from impulsekit.reference import rotation
+from impulsekit.reference import Arithmetic, rotation
 from impulsekit.reference.rows import point_velocity_rows, speed_rows
 from impulsekit.reference.tree import WORLD
 
@@ -26,7 +26,7 @@ class PreciseImpact:
 
     def __init__(self, impact, digits=50):
         self.impact, self.scene = impact, impact.scene
-        self.reference = reference_robot(self.scene.robot, digits)
+        self.reference = reference_robot(self.scene.robot, Arithmetic.precise(digits))
         self.tree = self.reference.system
         self.numbers = self.tree.arithmetic
         self.nv = self.scene.robot.nv

@@ -22,6 +22,7 @@ from ...impact.constrained import ConstrainedJump
 from ...impact.known import KnownImpulses
 from ...impact.warm import compile_laws
 from ...motion import simulate
+from ...reference import Arithmetic
 from ...robot.massless import is_always_regular
 from ...rows.constraints import needs_places
 from ...rows.reach import ReachedModel, reached_model, touched_joints
@@ -173,7 +174,7 @@ def _is_for_kane(problem: Problem) -> bool:
 def _kane(problem: Problem) -> Answer:
     """Chang & Huston's equations as the paper has them, in numpy."""
     scene, q, v = problem.scene, problem.q, problem.v
-    reference = reference_robot(scene.robot, None)
+    reference = reference_robot(scene.robot, Arithmetic.double())
     system, known = reference.system, known_impulses(reference, scene.impulses)
 
     def velocity_after() -> np.ndarray:

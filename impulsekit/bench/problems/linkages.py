@@ -10,7 +10,7 @@ import numpy as np
 from ...chain import pendulum_urdf
 from ...checking.demands import constraint_rows, known_impulses
 from ...checking.system import reference_robot
-from ...reference import impact_of_free_bodies
+from ...reference import Arithmetic, impact_of_free_bodies
 from ...robot import Robot
 from ...scene import AppliedImpulse, PointAnchor, Scene
 from ..truths.digits import DIGITS
@@ -44,7 +44,7 @@ def _closed(n: int) -> Problem:
 
 def _by_free_bodies(scene: Scene, q: np.ndarray, v: np.ndarray) -> Any:
     """(nv,) v⁺ with every body free and every joint as rows."""
-    reference = reference_robot(scene.robot, DIGITS)
+    reference = reference_robot(scene.robot, Arithmetic.mpmath(DIGITS))
     known = known_impulses(reference, scene.impulses)
     rows = constraint_rows(reference, reference.system.kinematics(q), v, scene.constraints)
     found = impact_of_free_bodies(reference.system, q, v, known.loads, known.in_joints, rows)

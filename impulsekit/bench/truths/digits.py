@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...checking.demands import constraint_rows, known_impulses
-from ...checking.system import read_reference
+from ...checking.system import reference_robot
 from ...impact import solve
 from ...reference import Arithmetic
 from ...scene import Law, Scene
@@ -32,7 +32,7 @@ def velocity_after(scene: Scene, q: np.ndarray, v: np.ndarray, digits: int = DIG
     if scene.contacts:
         return _after_contacts(scene, q, v, digits)
     # The last of the digits that are kept is mpmath's.
-    reference = read_reference(scene.robot, Arithmetic.mpmath(digits))
+    reference = reference_robot(scene.robot, Arithmetic.mpmath(digits))
     known = known_impulses(reference, scene.impulses)
     system = reference.system
     rows = constraint_rows(reference, system.kinematics(q), v, scene.constraints)

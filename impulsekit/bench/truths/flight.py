@@ -42,7 +42,7 @@ def state_after_flight(
     Raises:
         ArithmeticError: a step is too long to converge.
     """
-    reference = reference_robot(scene.robot, digits)
+    reference = reference_robot(scene.robot, Arithmetic.mpmath(digits))
     numbers = reference.system.arithmetic
     start = numbers.array(v)
     if scene.impulses:
