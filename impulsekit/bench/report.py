@@ -8,22 +8,9 @@ from pathlib import Path
 from .claim import Claim
 from .rows import Row
 
-__all__ = ["claim_table", "detail_table", "main_table", "report", "short_table", "time_text"]
+__all__ = ["claim_table", "detail_table", "main_table", "problem_table", "report", "time_text"]
 
 TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6))
-
-# Of the documentation's page.
-CHOSEN = (
-    "struck chain 40",
-    "random tree 40",
-    "struck robot 9",
-    "struck robot 38",
-    "held robot 12",
-    "closed chain 8",
-    "foot that slides 38",
-    "feet 8",
-    "landing block 16",
-)
 
 
 def report(
@@ -89,16 +76,10 @@ tolerance.
 
 def main_table(rows: Sequence[Row]) -> str:
     """A line for each problem: ours, the batch, the best of the others, and who misses."""
-    return _problem_table(rows, ("batch", "others"), lambda row: row.name)
+    return problem_table(rows, ("batch", "others"), lambda row: row.name)
 
 
-def short_table(rows: Sequence[Row]) -> str:
-    """The same of a few problems, with the programs of which no method meets the tolerance."""
-    chosen = [row for row in rows if row.problem in CHOSEN]
-    return _problem_table(chosen, ("`solve_batch`", "quickest other"), _program)
-
-
-def _problem_table(rows: Sequence[Row], titles: tuple[str, str], who: Callable[[Row], str]) -> str:
+def problem_table(rows: Sequence[Row], titles: tuple[str, str], who: Callable[[Row], str]) -> str:
     """A line for each problem; ``who``: by what those are called that miss."""
     lines = []
     for own in _by_problem(rows):
@@ -117,10 +98,6 @@ def _by_problem(rows: Sequence[Row]) -> list[list[Row]]:
 def _rivals(own: Sequence[Row]) -> list[Row]:
     """Other programs on one state."""
     return [row for row in own if row.peer and row.states == 1 and row.seconds is not None]
-
-
-def _program(row: Row) -> str:
-    return row.name.split(",")[0]
 
 
 def _best(own: Sequence[Row]) -> list[str]:

@@ -9,8 +9,6 @@ a ball, of which each has h in closed form (Ericson, Real-Time Collision Detecti
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import coal
@@ -20,14 +18,28 @@ import pinocchio as pin
 from ..laws.borrowed import borrowing
 from .vectors import along, dot, row_of
 
-__all__ = ["Shape", "Support", "furthest", "support_of"]
+__all__ = ["NOTHING", "NO_ROWS", "Shape", "furthest", "support_of"]
 
 # Directions this near to the normal of a half-space are along it.
 SAME_WAY = 1e-6
 
 
 class Shape(NamedTuple):
-    """A ``Support`` as compiled code takes it: arrays that are empty for what it lacks."""
+    """A shape in the frame of its body, as ``furthest`` takes it.
+
+    Arrays of what it lacks are empty.
+
+    Attributes:
+        centre: (3,) a point about which ``furthest`` is measured [m].
+        points: (k, 3) corners, beside the centre [m].
+        discs: (k,) radius of the disc that each of them carries [m].
+        axis: (3,) unit, of the discs.
+        ellipsoid: (3, 3) E.
+        normal: (3,) unit, of a half-space, which reaches without end in all other directions.
+        ball: ρ [m].
+        reach: how far what turns with the body lies from its centre [m]; a ball about it doesn't.
+        radius: of a ball about the centre that holds the shape [m].
+    """
 
     centre: np.ndarray
     points: np.ndarray
@@ -38,6 +50,9 @@ class Shape(NamedTuple):
     ball: float
     reach: float
     radius: float
+
+
+NOTHING, NO_ROWS = np.zeros(0), np.zeros((0, 3))
 
 
 @borrowing
@@ -71,64 +86,28 @@ def furthest(shape: Shape, direction: np.ndarray) -> float:
     return h
 
 
-@dataclass(frozen=True, eq=False)
-class Support:
-    """The support function of a shape, in the frame of the body that it belongs to.
-
-    Attributes:
-        centre: (3,) a point about which ``h`` is measured [m].
-        points: (k, 3) corners, beside the centre [m].
-        discs: (k,) radius of the disc that each of them carries [m]; None without any.
-        axis: (3,) unit, of the discs.
-        ellipsoid: (3, 3) E; None without one.
-        normal: (3,) unit, of a half-space, which reaches without end in all other directions.
-        ball: ρ [m].
-        reach: how far what turns with the body lies from its centre [m]; a ball about it doesn't.
-        radius: of a ball about the centre that holds the shape [m].
-    """
-
-    centre: np.ndarray
-    points: np.ndarray
-    ball: float
-    discs: np.ndarray | None = None
-    axis: np.ndarray | None = None
-    ellipsoid: np.ndarray | None = None
-    normal: np.ndarray | None = None
-    reach: float = field(init=False)
-    radius: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        far = np.sqrt(np.einsum("ij,ij->i", self.points, self.points))
-        if self.discs is not None:
-            far = far + self.discs
-        reach = float(far.max())
-        if self.ellipsoid is not None:
-            reach += float(np.linalg.norm(self.ellipsoid, 2))
-        object.__setattr__(self, "reach", reach)
-        endless = self.normal is not None
-        object.__setattr__(self, "radius", np.inf if endless else reach + self.ball)
-
-    @cached_property
-    def shape(self) -> Shape:
-        """The same in arrays."""
-        none, no = np.zeros(0), np.zeros((0, 3))
-        return Shape(
-            self.centre,
-            self.points,
-            none if self.discs is None else self.discs,
-            none if self.axis is None else self.axis,
-            no if self.ellipsoid is None else self.ellipsoid,
-            none if self.normal is None else self.normal,
-            self.ball,
-            self.reach,
-            self.radius,
-        )
+def _shape(
+    centre: np.ndarray,
+    points: np.ndarray,
+    ball: float,
+    discs: np.ndarray = NOTHING,
+    axis: np.ndarray = NOTHING,
+    ellipsoid: np.ndarray = NO_ROWS,
+    normal: np.ndarray = NOTHING,
+) -> Shape:
+    """A shape with the balls that hold it."""
+    far = np.sqrt(np.einsum("ij,ij->i", points, points))
+    reach = float((far + discs if len(discs) else far).max())
+    if len(ellipsoid):
+        reach += float(np.linalg.norm(ellipsoid, 2))
+    radius = np.inf if len(normal) else reach + ball
+    return Shape(centre, points, discs, axis, ellipsoid, normal, ball, reach, radius)
 
 
-def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Support:
-    """The support function of a shape that stands somewhere on a body.
+def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Shape:
+    """A shape that stands somewhere on a body.
 
-    Of what is neither a polyhedron nor round in a known way it is that of the box about it.
+    Of what is neither a polyhedron nor round in a known way it is the box about it.
     """
     turn, at = placement.rotation, placement.translation
     round_by = float(shape.getSweptSphereRadius())
@@ -136,22 +115,22 @@ def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Support:
     if isinstance(shape, coal.Halfspace):
         normal = turn.dot(np.array(shape.n).reshape(3))
         on_it = at + (float(shape.d) + round_by) * normal
-        return Support(on_it, np.zeros((1, 3)), 0.0, normal=normal)
+        return _shape(on_it, np.zeros((1, 3)), 0.0, normal=normal)
     if isinstance(shape, coal.Sphere):
-        return Support(at.copy(), np.zeros((1, 3)), shape.radius + round_by)
+        return _shape(at.copy(), np.zeros((1, 3)), shape.radius + round_by)
     if isinstance(shape, coal.Capsule):
-        return Support(
+        return _shape(
             at.copy(), np.outer((-1.0, 1.0), shape.halfLength * up), shape.radius + round_by
         )
     if isinstance(shape, coal.Cylinder):
         ends = np.outer((-1.0, 1.0), shape.halfLength * up)
-        return Support(at.copy(), ends, round_by, np.full(2, shape.radius), up)
+        return _shape(at.copy(), ends, round_by, np.full(2, shape.radius), up)
     if isinstance(shape, coal.Cone):
         ends = np.outer((-1.0, 1.0), shape.halfLength * up)
-        return Support(at.copy(), ends, round_by, np.array([shape.radius, 0.0]), up)
+        return _shape(at.copy(), ends, round_by, np.array([shape.radius, 0.0]), up)
     if isinstance(shape, coal.Ellipsoid):
         radii = np.array(shape.radii).reshape(3)
-        return Support(at.copy(), np.zeros((1, 3)), round_by, ellipsoid=radii[:, None] * turn.T)
+        return _shape(at.copy(), np.zeros((1, 3)), round_by, ellipsoid=radii[:, None] * turn.T)
     if isinstance(shape, coal.ConvexBase):
         corners = np.array([shape.point(i) for i in range(shape.num_points)]).reshape(-1, 3)
     else:
@@ -166,4 +145,4 @@ def support_of(shape: coal.CollisionGeometry, placement: pin.SE3) -> Support:
         corners = middle + np.array(signs) * half
     centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     points = (corners - centre).dot(turn.T)
-    return Support(turn.dot(centre) + at, points, round_by)
+    return _shape(turn.dot(centre) + at, points, round_by)

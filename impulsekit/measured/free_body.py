@@ -15,6 +15,7 @@ import numpy as np
 from ..geometry.vectors import Vector, along, cross
 from ..laws.borrowed import borrowing
 from ..laws.compiled import entry
+from ..motion.tree.coordinates import rotated, rotated_by, turn_by
 from ..scene import Scene
 
 __all__ = ["fly_all", "fly_along", "free_body_of"]
@@ -59,33 +60,12 @@ def _euler(numbers: np.ndarray, w: Vector) -> Vector:
 
 
 @borrowing
-def _turned(q: np.ndarray, x: Vector) -> Vector:
-    """x turned by the quaternion of a configuration."""
-    u, w = (q[3], q[4], q[5]), q[6]
-    t = cross(u, x)
-    return along(along(x, 2.0 * w, t), 2.0, cross(u, t))
-
-
-@borrowing
-def _turn_by(q: np.ndarray, x: Vector) -> None:
-    """Turn the quaternion of a configuration by the rotation vector x, in the body's axes."""
-    angle = math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-    part = math.sin(0.5 * angle) / angle if angle > 0.0 else 0.5
-    i, j, k, w = part * x[0], part * x[1], part * x[2], math.cos(0.5 * angle)
-    a, b, c, d = q[3], q[4], q[5], q[6]
-    q[3] = d * i + a * w + b * k - c * j
-    q[4] = d * j - a * k + b * w + c * i
-    q[5] = d * k + a * j - b * i + c * w
-    q[6] = d * w - a * i - b * j - c * k
-
-
-@borrowing
 def _fly(numbers: np.ndarray, dt: float, q: np.ndarray, v: np.ndarray) -> None:
     """Move a state (7,), (6,) by dt."""
     lever = (numbers[18], numbers[19], numbers[20])
     w = (v[3], v[4], v[5])
-    speed = _turned(q, along((v[0], v[1], v[2]), 1.0, cross(w, lever)))
-    arm = _turned(q, lever)
+    speed = rotated(q, 3, along((v[0], v[1], v[2]), 1.0, cross(w, lever)))
+    arm = rotated(q, 3, lever)
     for k in range(3):
         q[k] += speed[k] * dt + 0.5 * numbers[21 + k] * dt * dt + arm[k]
     speed = along(speed, dt, (numbers[21], numbers[22], numbers[23]))
@@ -102,16 +82,13 @@ def _fly(numbers: np.ndarray, dt: float, q: np.ndarray, v: np.ndarray) -> None:
         # ∫ω = h (ω₀ + 4 ω_m + ω₁) / 6 with Hermite's ω_m, and half the integral of brackets.
         sums = along(along(w, 1.0, late), h / 6.0, along(a, -1.0, _euler(numbers, late)))
         x = along((0.0, 0.0, 0.0), 0.5 * h, sums)
-        _turn_by(q, along(x, h * h / 12.0, cross(w, late)))
+        turn_by(q, 3, along(x, h * h / 12.0, cross(w, late)), q)
         w = late
     size = math.sqrt(q[3] * q[3] + q[4] * q[4] + q[5] * q[5] + q[6] * q[6])
     for k in range(3, 7):
         q[k] /= size
-    arm = _turned(q, lever)
-    u = (-q[3], -q[4], -q[5])
-    t = cross(u, speed)
-    back = along(along(speed, 2.0 * q[6], t), 2.0, cross(u, t))
-    own = along(back, -1.0, cross(w, lever))
+    arm = rotated(q, 3, lever)
+    own = along(rotated_by((-q[3], -q[4], -q[5]), q[6], speed), -1.0, cross(w, lever))
     for k in range(3):
         q[k] -= arm[k]
         v[k], v[3 + k] = own[k], w[k]

@@ -32,7 +32,7 @@ def test_no_point_of_a_shape_lies_further(name):
     there = points @ place.rotation.T + place.translation
     support = support_of(shape, place)
     for direction in UNIT[:20] * 3.0:
-        found = support.centre @ direction + furthest(support.shape, direction)
+        found = support.centre @ direction + furthest(support, direction)
         highest = (there @ direction).max()
         # So many random points come near the highest one.
         assert highest - 1e-12 <= found <= highest + 1e-2
@@ -43,8 +43,8 @@ def test_a_half_space_ends_in_one_direction_only():
     place = pin.SE3(pin.rpy.rpyToMatrix(0.3, 0, 0), np.array([0, 0, 1.0]))
     support = support_of(coal.Halfspace(UP, 0.2), place)
     normal = place.rotation @ UP
-    assert support.centre @ normal + furthest(support.shape, normal) == pytest.approx(
+    assert support.centre @ normal + furthest(support, normal) == pytest.approx(
         0.2 + place.translation @ normal
     )
-    assert furthest(support.shape, -normal) == np.inf
-    assert furthest(support.shape, normal + 0.1) == np.inf
+    assert furthest(support, -normal) == np.inf
+    assert furthest(support, normal + 0.1) == np.inf

@@ -38,7 +38,7 @@ from ...geometry.held_points import (
 from ...geometry.held_tips import held_tip, held_tips
 from ...geometry.point_table import Kinematics, TableRow, table_of
 from ...geometry.polyhedron import Polyhedron, can_be_separated, separation_at
-from ...geometry.support import Support, support_of
+from ...geometry.support import Shape, support_of
 from ...robot import Robot
 from ...robot.geometry import geometry_ids
 from ...rows.ellipses import ellipse_of
@@ -313,7 +313,7 @@ class CollidingGap:
                     found += tips
         return found or None
 
-    def _pair(self, supports: list[list[Support]], i: int, j: int) -> PairOfPieces:
+    def _pair(self, supports: list[list[Shape]], i: int, j: int) -> PairOfPieces:
         """Two pieces, each with its placement in the frame of its joint."""
         (one, at_one), (two, at_two) = self._pieces[0][i], self._pieces[1][j]
         a, b = self._polyhedra[0][i], self._polyhedra[1][j]
@@ -331,7 +331,7 @@ class CollidingGap:
             return value, normal
 
         both = supports[0][i], supports[1][j]
-        over = is_exact(one, two) and any(shape.normal is not None for shape in both)
+        over = is_exact(one, two) and any(len(shape.normal) for shape in both)
         return PairOfPieces(gap, both, polyhedra, over)
 
     def _both(self, pieces: tuple[int, int]) -> list[Any]:

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from ...geometry.point_table import back, turned
 from ...geometry.polyhedron import Hull, Polyhedron, separate
-from ...geometry.support import Shape, Support, furthest
+from ...geometry.support import NO_ROWS, NOTHING, Shape, furthest
 from ...geometry.vectors import Vector, along, dot, row_of
 from ...laws.borrowed import borrowing
 from ...laws.compiled import compiled, entry
@@ -34,7 +34,6 @@ __all__ = [
 
 # Bodies further apart than this part of the smaller one are not looked at more closely.
 FAR = 0.1
-NOTHING, NO_ROWS = np.zeros(0), np.zeros((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,7 @@ class PairOfPieces:
     """
 
     gap: Callable[[Sequence[pin.SE3]], tuple[float, np.ndarray]]
-    supports: tuple[Support, Support]
+    supports: tuple[Shape, Shape]
     polyhedra: tuple[Polyhedron, Polyhedron] | None
     over: bool
 
@@ -66,7 +65,7 @@ class Pairs(NamedTuple):
         whole: (p, 5) of each pair the number of its gap, both joints and both pieces.
         spans: (s, 8) of each piece from where to where its rows are, in the next four.
         vertices, axes, directions: of all pieces, in the frames of their joints; see ``Hull``.
-        points: likewise, about their centres; see ``Support``. discs: (k,) those of the points.
+        points: likewise, about their centres; see ``Shape``. discs: (k,) those of the points.
         centres: (s, 3). sizes: (s, 3) reach, radius and ball [m].
         has: (s, 3) whether a piece has discs, an ellipsoid, a normal.
         ways: (5s, 3) by piece the axis of its discs, E, and the normal.
@@ -134,7 +133,7 @@ def pairs_of(
     whole: list[tuple[int, ...]] = []
     # Pieces take part in several pairs.
     numbers: dict[tuple[int, int], int] = {}
-    pieces: list[tuple[Polyhedron | None, Support]] = []
+    pieces: list[tuple[Polyhedron | None, Shape]] = []
     for gap, joint_ids, pairs in found:
         for pair in pairs:
             own = []
@@ -161,29 +160,27 @@ def pairs_of(
         rows[1],
         rows[2],
         rows[3],
-        np.concatenate([np.zeros(len(s.points)) if s.discs is None else s.discs for s in supports]),
+        np.concatenate([s.discs if len(s.discs) else np.zeros(len(s.points)) for s in supports]),
         np.array([s.centre for s in supports]),
         np.array([(s.reach, s.radius, s.ball) for s in supports]),
-        np.array(
-            [[part is not None for part in (s.discs, s.ellipsoid, s.normal)] for s in supports]
-        ),
+        np.array([[len(part) > 0 for part in (s.discs, s.ellipsoid, s.normal)] for s in supports]),
         np.concatenate([_ways_of(s) for s in supports]),
         NOTHING,
         NO_ROWS,
     )
 
 
-def _rows_of(body: Polyhedron | None, support: Support) -> list[np.ndarray]:
+def _rows_of(body: Polyhedron | None, support: Shape) -> list[np.ndarray]:
     """Vertices, axes and directions of a piece, and the points of its support."""
     own = (NO_ROWS,) * 3 if body is None else (body.vertices, body.axes, body.directions)
     return [np.ascontiguousarray(part) for part in (*own, support.points)]
 
 
-def _ways_of(support: Support) -> np.ndarray:
+def _ways_of(support: Shape) -> np.ndarray:
     """(5, 3) as ``Pairs.ways`` has them."""
     ways = np.zeros((ROWS, 3))
     for place, part in ((0, support.axis), (slice(1, 4), support.ellipsoid), (4, support.normal)):
-        if part is not None:
+        if len(part):
             ways[place] = part
     return ways
 

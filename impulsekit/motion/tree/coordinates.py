@@ -12,7 +12,7 @@ from ...laws.borrowed import borrowing
 from .bodies import BALL, CIRCLE, FREE, PLANAR, Tree
 from .chart import SMALL, unrolled
 
-__all__ = ["centre", "write_configuration", "write_rate"]
+__all__ = ["centre", "rotated", "rotated_by", "turn_by", "write_configuration", "write_rate"]
 
 
 @borrowing
@@ -28,10 +28,10 @@ def write_configuration(tree: Tree, reference: np.ndarray, x: np.ndarray, q: np.
             q[at], q[at + 1] = x[row], x[row + 1]
             q[at + 2], q[at + 3] = math.cos(x[row + 2]), math.sin(x[row + 2])
         elif kind == BALL:
-            _turn(reference, at, three(x, row), q)
+            turn_by(reference, at, three(x, row), q)
         elif kind == FREE:
-            _turn(reference, at + 3, three(x, row + 3), q)
-            moved = _rotated(reference, at + 3, _screwed(three(x, row), three(x, row + 3)))
+            turn_by(reference, at + 3, three(x, row + 3), q)
+            moved = rotated(reference, at + 3, _screwed(three(x, row), three(x, row + 3)))
             q[at], q[at + 1], q[at + 2] = along(three(reference, at), 1.0, moved)
         else:
             for k in range(tree.joints[j, 4]):
@@ -87,8 +87,8 @@ def _six(x: np.ndarray, at: int) -> tuple[float, float, float, float, float, flo
 
 
 @borrowing
-def _turn(reference: np.ndarray, at: int, x: Vector, q: np.ndarray) -> None:
-    """Write the quaternion q_ref exp(x)."""
+def turn_by(reference: np.ndarray, at: int, x: Vector, q: np.ndarray) -> None:
+    """Write the quaternion q_ref exp(x); ``q`` may be the reference."""
     square = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
     half = 0.5 * math.sqrt(square)
     part = 0.5 * math.sin(half) / half if half > 0.0 else 0.5
@@ -101,12 +101,17 @@ def _turn(reference: np.ndarray, at: int, x: Vector, q: np.ndarray) -> None:
 
 
 @borrowing
-def _rotated(reference: np.ndarray, at: int, x: Vector) -> Vector:
-    """x turned by a unit quaternion."""
-    u = three(reference, at)
+def rotated(q: np.ndarray, at: int, x: Vector) -> Vector:
+    """x turned by the unit quaternion at some place of a configuration."""
+    return rotated_by(three(q, at), q[at + 3], x)
+
+
+@borrowing
+def rotated_by(u: Vector, w: float, x: Vector) -> Vector:
+    """x turned by a unit quaternion, its vector u and its scalar w."""
     t = cross(u, x)
     t = (2.0 * t[0], 2.0 * t[1], 2.0 * t[2])
-    return along(along(x, reference[at + 3], t), 1.0, cross(u, t))
+    return along(along(x, w, t), 1.0, cross(u, t))
 
 
 @borrowing
