@@ -17,9 +17,8 @@ from ..impact.warm import compile_laws
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, Law, Scene
 from .methods.bare import Points
-from .problems.feet import CORNERS, FEET, SOLES
+from .problems.feet import CORNERS, FEET, SOLES, landing_state
 from .problems.registry import problem_named
-from .problems.states import drawn_state
 from .timing import Times, in_turn
 
 __all__ = ["BESIDE_BARE"]
@@ -41,11 +40,8 @@ def _landing(
     if name == "talos":
         points = [(sole, at) for sole in SOLES for at in CORNERS]
     contacts = [Contact(f, at=at, friction=friction, restitution=e) for f, at in points]
-    _, v = drawn_state(robot, len(points))
-    q = robot.neutral()
-    q[7:] += drawn_state(robot, len(points) + 1, spread=0.1)[0][7:]
-    v = 0.3 * v + np.array([along, 0.0, -1.0] + [0.0] * (robot.nv - 3))
-    return Scene(robot, contacts=contacts, law=law or Law()), q, v
+    state = landing_state(robot, len(points), along)
+    return Scene(robot, contacts=contacts, law=law or Law()), *state
 
 
 def _one_foot() -> tuple[Scene, np.ndarray, np.ndarray]:

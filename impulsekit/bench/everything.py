@@ -12,7 +12,7 @@ from ..errors import InputError
 from .about import about
 from .claim import Claim
 from .methods.method import Method
-from .rows import Row, plain, read_table, write_csv, write_table
+from .rows import Row, read_table, write_table
 
 __all__ = ["Wish", "whole"]
 
@@ -65,7 +65,8 @@ def whole(wish: Wish, folder: Path, tell: Callable[[str], object]) -> Path:
         write_table(folder / "savings", savings)
     if "claims" in wish.parts:
         claims = _claims(wish, tell)
-        _write_claims(folder / "claims", claims)
+        told = [{"section": name, **asdict(one), "met": one.met} for name, one in claims]
+        write_table(folder / "claims", told)
     from .diagrams import draw
     from .report import report
 
@@ -97,12 +98,3 @@ def _claims(wish: Wish, tell: Callable[[str], object]) -> list[tuple[str, Claim]
             tell(f"claims: {section}")
             found.extend(claims([section]))
     return found
-
-
-def _write_claims(stem: Path, claims: list[tuple[str, Claim]]) -> None:
-    items = [
-        plain({"section": section, **asdict(claim), "met": claim.met}) for section, claim in claims
-    ]
-    text = json.dumps(items, indent=1, ensure_ascii=False) + "\n"
-    stem.with_suffix(".json").write_text(text, encoding="utf-8")
-    write_csv(stem.with_suffix(".csv"), items)

@@ -16,7 +16,7 @@ from ..robot import Robot
 from ..robot.combine import combine
 from ..scene import AppliedForce, Collision, Contact, Scene
 from .cube import FRICTION, WIDTH, cube_scene
-from .urdf import box_moments, box_shape, one_body
+from .urdf import solid_box
 
 __all__ = ["dominoes", "drawn_box", "shaken_block", "tosses"]
 
@@ -32,10 +32,6 @@ BOX = (
 )
 FLOOR = """<robot name="floor"><link name="floor"><collision><origin xyz="0 0 -0.1"/><geometry>
 <box size="2 2 0.2"/></geometry></collision></link></robot>"""
-
-
-def _box(mass: float, sides: tuple[float, float, float]) -> Robot:
-    return one_body("box", mass, box_moments(mass, sides), box_shape(sides))
 
 
 def _world(mu: float, bodies: str) -> str:
@@ -106,7 +102,7 @@ def tosses() -> list[float]:
 
 
 def _on_its_sole(mu: float, force: AppliedForce) -> tuple[Scene, np.ndarray, np.ndarray]:
-    block = _box(1.0, (0.2, 0.2, 0.2))
+    block = solid_box("box", 1.0, (0.2, 0.2, 0.2))
     corners = [
         Contact("box", at=[x, y, -0.1], friction=mu) for x in (-0.1, 0.1) for y in (-0.1, 0.1)
     ]
@@ -142,7 +138,7 @@ def dominoes() -> list[float]:
     """Five dominoes, of which the first is pushed over, for 0.3 s."""
     a, b, c, mass, apart = 0.012, 0.025, 0.05, 0.01, 0.03
     names = [f"d{i}" for i in range(5)]
-    one, floor = _box(mass, (a, b, c)), Robot.from_urdf(FLOOR)
+    one, floor = solid_box("box", mass, (a, b, c)), Robot.from_urdf(FLOOR)
     row = combine(d0=one, d1=one, d2=one, d3=one, d4=one, floor=floor)
     contacts = [Collision(f"{name}/box", "floor/floor", friction=0.4) for name in names]
     contacts += [

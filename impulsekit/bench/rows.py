@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-__all__ = ["Row", "append_rows", "plain", "read_rows", "read_table", "write_csv", "write_table"]
+from ..display.plain import plain
+
+__all__ = ["Row", "append_rows", "read_rows", "read_table", "write_table"]
 
 
 @dataclass(frozen=True)
@@ -84,11 +85,11 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def write_table(stem: Path, records: Iterable[Any]) -> None:
-    """The same rows of any one dataclass as ``stem``.json and ``stem``.csv."""
-    items = [plain(asdict(record)) for record in records]
+    """Rows of any one dataclass, or dictionaries, as ``stem``.json and ``stem``.csv."""
+    items = [plain(row if isinstance(row, dict) else asdict(row)) for row in records]
     text = json.dumps(items, indent=1, ensure_ascii=False) + "\n"
     stem.with_suffix(".json").write_text(text, encoding="utf-8")
-    write_csv(stem.with_suffix(".csv"), items)
+    _write_csv(stem.with_suffix(".csv"), items)
 
 
 def read_table(path: Path) -> list[Row]:
@@ -111,7 +112,7 @@ def read_table(path: Path) -> list[Row]:
     return rows
 
 
-def write_csv(path: Path, items: list[dict[str, Any]]) -> None:
+def _write_csv(path: Path, items: list[dict[str, Any]]) -> None:
     """Numbers in four digits: the spread is wider than that."""
     names = list(items[0]) if items else [field.name for field in fields(Row)]
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -119,14 +120,6 @@ def write_csv(path: Path, items: list[dict[str, Any]]) -> None:
         writer.writeheader()
         for item in items:
             writer.writerow({name: _short(value) for name, value in item.items()})
-
-
-def plain(item: dict[str, Any]) -> dict[str, Any]:
-    """JSON knows neither infinity nor NaN."""
-    return {
-        name: None if isinstance(value, float) and not math.isfinite(value) else value
-        for name, value in item.items()
-    }
 
 
 def _short(value: Any) -> Any:

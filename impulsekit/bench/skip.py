@@ -1,11 +1,7 @@
-"""What each step that is skipped saves: the job with it done anyway, against as it is.
-
-Run with ``python -m impulsekit.bench.skip``.
-"""
+"""What each step that is skipped saves: the job with it done anyway, against as it is."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -28,7 +24,7 @@ from .problems.robots import AT, LINEAR
 from .problems.states import drawn_state
 from .timing import Times, Timing, import_times, time_in_turn
 
-__all__ = ["claims", "main"]
+__all__ = ["claims"]
 
 HAND = "gripper_left_base_link"
 
@@ -167,13 +163,3 @@ def _imports() -> Iterator[Claim]:
     bare, some, whole = times.values()
     yield _saved("import impulsekit: no libraries", bare, whole)
     yield _saved("from impulsekit import solve: no other rooms", some, whole)
-
-
-def main() -> None:
-    """Measure and write the rows: times as it is and with the step, and their ratio."""
-    for claim in claims():
-        sys.stdout.write(claim.line())
-
-
-if __name__ == "__main__":
-    main()

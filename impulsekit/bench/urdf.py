@@ -16,6 +16,7 @@ __all__ = [
     "link_text",
     "one_body",
     "robot_text",
+    "solid_box",
     "words",
 ]
 
@@ -35,6 +36,11 @@ def one_body(
     """A robot of one link; see ``link_text``."""
     text = robot_text(name, link_text(name, mass, moments, shape=shape))
     return Robot.from_urdf(text, root=root)
+
+
+def solid_box(name: str, mass: float, sides: Sequence[float]) -> Robot:
+    """A free box with edges ``sides`` [m]."""
+    return one_body(name, mass, box_moments(mass, sides), box_shape(sides))
 
 
 def box_moments(mass: float, sides: Sequence[float]) -> tuple[float, float, float]:

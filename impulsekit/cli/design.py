@@ -42,17 +42,14 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str | Non
 def _draw(scene_file: object, plane: str | None, path: str) -> None:
     from ..design.ellipsoid import impact_ellipsoid
     from ..design.pictures import plot_effective_mass
-    from ..errors import MissingExtraError
     from ..scenefile import SceneFile
 
     if not isinstance(scene_file, SceneFile):
         raise TypeError(type(scene_file).__name__)
-    with MissingExtraError.unless("matplotlib", "plot", "--plot"):
-        from matplotlib.figure import Figure
-    from ..view.plots.canvas import plain, save_figure
+    from ..view.plots.canvas import new_figure, plain, save_figure
 
     points = scene_file.design
-    figure = Figure(figsize=(4.5 * len(points), 4.5), layout="constrained")
+    figure = new_figure(4.5 * len(points), 4.5)
     for ax, point in zip(figure.subplots(1, len(points), squeeze=False)[0], points, strict=True):
         found = impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
         plot_effective_mass(found, plane, ax).set_title(plain(point.title))

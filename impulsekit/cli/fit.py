@@ -111,27 +111,15 @@ def _every_coefficient(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:
-    def number(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
-    parameters = {}
-    for name, value, sigma, ends in zip(
-        found.names,
-        found.values.tolist(),
-        found.sigma.tolist(),
-        found.intervals(level).tolist(),
-        strict=True,
-    ):
-        parameters[name] = {
-            "value": value,
-            "sigma": number(sigma),
-            "interval": [number(end) for end in ends],
-        }
+    own = zip(found.names, found.values, found.sigma, found.intervals(level), strict=True)
     return {
         "scene_file": file,
         "impacts": count,
         "level": level,
-        "parameters": parameters,
+        "parameters": {
+            name: {"value": value, "sigma": sigma, "interval": ends}
+            for name, value, sigma, ends in own
+        },
         "noise": found.noise,
         "freedom": found.freedom,
         "sigma_given": found.sigma_given,

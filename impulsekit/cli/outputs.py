@@ -34,16 +34,17 @@ def check_outputs(*files: str | None, picture: str | None = None) -> None:
 
 
 def write_json(data: Any, target: str | None) -> bool:
-    """Write plain data as JSON, if that is asked for; whether stdout is left to text.
+    """Write data as JSON, if that is asked for; whether stdout is left to text.
 
     Raises:
         FileError: the file cannot be written.
     """
+    from ..display.plain import plain
     from ..files import write_file
 
     if target is None:
         return True
-    text = json.dumps(data, indent=2, allow_nan=False)
+    text = json.dumps(plain(data), indent=2, allow_nan=False)
     if target != "-":
         write_file(target, text + "\n")
         return True

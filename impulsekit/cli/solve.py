@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -104,13 +103,4 @@ def _as_dict(scene_file: SceneFile, impact: Impact) -> dict[str, Any]:
                 "after": velocity.after.tolist(),
             }
         )
-    return _finite({"scene_file": scene_file.path, **impact.to_dict(), "points": points})
-
-
-def _finite(value: Any) -> Any:
-    """JSON has no NaN and no infinity: they become null."""
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return {"scene_file": scene_file.path, **impact.to_dict(), "points": points}

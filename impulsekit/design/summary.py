@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
+from ..display.plain import plain
 from ..errors import InputError
 from ..scene import Scene
 from ..scene.design import DesignPoint
@@ -25,7 +25,8 @@ def design_as_dict(scene: Scene, q: Any, points: Iterable[DesignPoint]) -> list[
     Raises:
         As ``impact_ellipsoid`` and ``spare_joint``; InputError: ``until`` without ``joint``.
     """
-    return [_of(scene, q, point) for point in points]
+    told: list[dict[str, Any]] = plain([_of(scene, q, point) for point in points])
+    return told
 
 
 def _of(scene: Scene, q: Any, point: DesignPoint) -> dict[str, Any]:
@@ -36,13 +37,13 @@ def _of(scene: Scene, q: Any, point: DesignPoint) -> dict[str, Any]:
         "at": list(point.at),
         "position": found.position.tolist(),
         "axes": [
-            {"direction": axis.tolist(), "effective_mass": _finite(float(mass))}
+            {"direction": axis.tolist(), "effective_mass": mass}
             for axis, mass in zip(found.axes.T, found.masses, strict=True)
         ],
     }
     if point.direction is not None:
         told["direction"] = list(point.direction)
-        told["effective_mass"] = _finite(found.effective_mass(point.direction))
+        told["effective_mass"] = found.effective_mass(point.direction)
     if point.joint is None:
         if point.until is not None:
             raise InputError(
@@ -104,10 +105,6 @@ def design_as_text(told: list[dict[str, Any]]) -> str:
             )
         lines.append("")
     return "\n".join(lines)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _mass(value: float | None) -> str:

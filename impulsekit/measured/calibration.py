@@ -18,6 +18,7 @@ from .floor import fitted_floor
 from .free_fall import coarse_scale, free_bodies, free_fall, free_root, mass_centres
 from .order_check import check_quaternion_order
 from .recording import Recording
+from .samples import turns_of
 from .segments import ROUNDING, flights_with_noise
 
 __all__ = ["Calibration", "calibrate"]
@@ -140,7 +141,7 @@ class Calibration(OneLine):
         v = np.stack([np.interp(late, recording.t, column) for column in recording.v.T], axis=1)
         for joint in free:
             attitudes = recording.q[:, joint.idx_q + 3 : joint.idx_q + 7]
-            turns = np.array([pin.Quaternion(np.array(each)).matrix() for each in attitudes])
+            turns = turns_of(attitudes)
             own = slice(joint.idx_v, joint.idx_v + 3)
             world = np.einsum("tij,tj->ti", turns, recording.v[:, own])
             world = np.stack([np.interp(late, recording.t, column) for column in world.T], axis=1)

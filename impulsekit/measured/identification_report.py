@@ -10,6 +10,7 @@ import numpy as np
 
 from ..design.fit import Fit
 from ..display import OneLine
+from ..display.plain import plain
 from ..scene import Scene
 from .calibration import Calibration
 from .comparison import LawComparison
@@ -189,17 +190,5 @@ def as_dict(found: Identification, level: float) -> dict[str, Any]:
             "errors": by_motion.errors, "held_out": by_motion.held_out,
             "held_names": list(by_motion.held_names),
         }  # fmt: skip
-    plain: dict[str, Any] = _plain(data)
-    return plain
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [_plain(each) for each in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value
+    told: dict[str, Any] = plain(data)
+    return told

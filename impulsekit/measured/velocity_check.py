@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from ..errors import InputError
 from ..robot import Robot
+from .samples import turns_of
 
 __all__ = ["checked_velocities"]
 
@@ -94,7 +95,7 @@ def _turned(
     quaternions: np.ndarray, rate: np.ndarray, mean: np.ndarray, limit: float
 ) -> str | None:
     """Whether the axes are taken for others, or the order of the quaternion."""
-    axes = np.array([pin.Quaternion(np.array(each)).matrix() for each in quaternions])
+    axes = turns_of(quaternions)
     in_world = np.einsum("tij,tj->ti", axes, mean)
     to_body = np.einsum("tji,tj->ti", axes, mean)
     if _apart(rate, to_body) < limit:
@@ -109,7 +110,7 @@ def _reordered(
 ) -> str | None:
     """Whether the rate of the quaternions is that of ``mean`` once they are read otherwise."""
     for order in ([1, 2, 3, 0], [3, 0, 1, 2]):
-        turns = [pin.Quaternion(np.array(each[order])).matrix() for each in quaternions]
+        turns = turns_of(quaternions[:, order])
         rates = np.array(
             [pin.log3(turns[k].T @ turns[k + 1]) / (t[k + 1] - t[k]) for k in range(len(turns) - 1)]
         )

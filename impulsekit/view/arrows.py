@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
+from ..robot.placing import Posture
 from ..rows.entries import FramePair, rows_of_entry
 from ..scene import AppliedImpulse, JointCoupling, JointImpulse, JointLock
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 from .speeds import TURNS
 
-__all__ = ["COLORS", "KINDS", "Arrow", "Mark", "impact_arrows", "impact_marks"]
+__all__ = ["COLORS", "KINDS", "Arrow", "Mark", "impact_arrows", "impact_marks", "largest_sizes"]
 
 # Kind: what the legend calls it, its unit and its colour.
 KINDS = {
@@ -97,13 +98,18 @@ def impact_arrows(
         found += _velocities_at(impact, points) if points else _velocities(impact)
     if reactions is not False:
         found += _reactions(impact, None if reactions is True else list(reactions))
+    largest = largest_sizes(found)
+    return [arrow for arrow in found if arrow.size > SHORTEST * largest[arrow.kind]]
+
+
+def largest_sizes(arrows: Iterable[Arrow]) -> dict[str, float]:
+    """The size of the longest arrow of each kind there is, in its unit."""
     largest: dict[str, float] = {}
-    for arrow in found:
+    for arrow in arrows:
         largest[arrow.kind] = max(largest.get(arrow.kind, 0.0), arrow.size)
     # Both velocities share one scale, so that the eye can compare them.
     speed = max(largest.get("before", 0.0), largest.get("after", 0.0))
-    largest |= {"before": speed, "after": speed}
-    return [arrow for arrow in found if arrow.size > SHORTEST * largest[arrow.kind]]
+    return largest | {kind: speed for kind in ("before", "after") if kind in largest}
 
 
 def impact_marks(impact: Impact) -> list[Mark]:
@@ -155,11 +161,8 @@ def _contacts(impact: Impact) -> Iterator[Arrow]:
 
 def _in_joint(impact: Impact, name: str, joint: str, impulse: np.ndarray) -> Iterator[Arrow]:
     """A generalized impulse in a joint as a force or couple impulse on its child."""
-    model = impact.scene.robot.model
     joint_id = impact.scene.robot.joint_id(joint)
-    data = model.createData()
-    pin.forwardKinematics(model, data, impact.q, np.zeros(model.nv))
-    subspace = np.asarray(data.joints[joint_id].S).reshape(6, -1)[:, : model.joints[joint_id].nv]
+    subspace = Posture(impact.scene.robot, impact.q).motion_subspace(joint_id)
     place = impact.mechanics.joint_placement(joint_id)
     # Each speed's own direction; unlike Sᵀf = τ it needs no choice where S is not orthonormal.
     wrench = subspace @ np.asarray(impulse)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import colorsys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from .actors import Actors
-from .arrows import COLORS, KINDS, Arrow, Mark, impact_arrows, impact_marks
+from .arrows import COLORS, KINDS, Arrow, Mark, impact_arrows, impact_marks, largest_sizes
 from .drawing import ROOT, Drawing, node_name
 from .motions import Shown
 from .surfaces import arrow as arrow_surface
@@ -85,7 +85,7 @@ def draw_effects(
         for number, (time, impact) in enumerate(shown.impacts)
         for mark in impact_marks(impact)
     ]
-    largest = _largest(item for _, _, item in found)
+    largest = largest_sizes(item for _, _, item in found)
     notes: list[str] = []
     if len(found) > MOST_ARROWS:
         notes.append(f"{len(found) - MOST_ARROWS} smaller arrows of {len(found)} are left out")
@@ -133,7 +133,7 @@ def _without_slight(
     found: list[tuple[float, int, Arrow]], size: float
 ) -> list[tuple[float, int, Arrow]]:
     """Leave out rounding, and couples that a small shift of the largest impulse makes up for."""
-    largest = _largest(item for _, _, item in found)
+    largest = largest_sizes(item for _, _, item in found)
     blow = largest.get("impulse", 0.0)
     carried = max(largest.get("reaction", 0.0), blow)
     least = {
@@ -142,17 +142,6 @@ def _without_slight(
         "reaction couple": max(SLIGHT * largest.get("reaction", 0.0), FAINT_MARK * carried) * size,
     }
     return [entry for entry in found if entry[2].size >= least.get(entry[2].kind, 0.0)]
-
-
-def _largest(arrows: Iterable[Arrow]) -> dict[str, float]:
-    """The longest arrow of each kind, in its unit; velocities share theirs."""
-    largest: dict[str, float] = {}
-    for item in arrows:
-        largest[item.kind] = max(largest.get(item.kind, 0.0), item.size)
-    for kinds in (("before", "after"),):
-        common = max(largest.get(kind, 0.0) for kind in kinds)
-        largest |= {kind: common for kind in kinds if kind in largest}
-    return largest
 
 
 def _draw_arrow(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from ..robot import Robot
+from ..robot.placing import Posture
 
 __all__ = ["TURNS", "Speed", "speeds_of"]
 
@@ -43,13 +43,11 @@ def speeds_of(robot: Robot, q: np.ndarray) -> tuple[Speed, ...]:
     that only shifts it in m/s.
     """
     model = robot.model
-    data = model.createData()
-    pin.forwardKinematics(model, data, q, np.zeros(model.nv))
+    posture = Posture(robot, q)
     speeds: list[Speed] = []
     for joint_id in range(1, model.njoints):
         joint = model.joints[joint_id]
-        subspace = np.asarray(data.joints[joint_id].S).reshape(6, -1)[:, : joint.nv]
-        for column in subspace.T:
+        for column in posture.motion_subspace(joint_id).T:
             turns = np.abs(column[3:]).max() > TURNS
             axis = "xyz"[int(np.argmax(np.abs(column[3:] if turns else column[:3])))]
             component = "" if joint.nv == 1 else ("w" if turns else "v") + axis

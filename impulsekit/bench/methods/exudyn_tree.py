@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from .mechanism import Mechanism
+from .mechanism import Mechanism, third_along
 
-__all__ = ["ExudynTree", "exudyn_settings", "struck_system", "third_along"]
+__all__ = ["ExudynTree", "exudyn_settings", "struck_system"]
 # A time that no run reaches [s].
 NEVER = 1e9
 
@@ -109,13 +109,6 @@ class ExudynTree:
         return MarkerKinematicTreeRigid(
             objectNumber=item, linkNumber=link, localPosition=self.axes[link].T @ at
         )
-
-
-def third_along(axis: np.ndarray) -> np.ndarray:
-    """(3, 3) a rotation whose third column is a unit axis."""
-    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(axis, first), axis])
 
 
 def struck_system(

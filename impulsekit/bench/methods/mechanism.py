@@ -26,6 +26,7 @@ __all__ = [
     "is_blow",
     "is_landing",
     "mechanism_of",
+    "third_along",
 ]
 
 
@@ -105,6 +106,13 @@ class Mechanism:
     touches: tuple[Touch, ...]
     joint_impulse: np.ndarray
     v: np.ndarray
+
+
+def third_along(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) a rotation whose third column is a unit axis."""
+    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(axis, first), axis])
 
 
 def is_blow(problem: Problem) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .holds import Hold
-from .mechanism import Body, Mechanism, Touch
+from .mechanism import Body, Mechanism, Touch, third_along
 from .restitution import damping_ratio
 
 __all__ = [
@@ -125,7 +125,7 @@ def _add_contact(
         type=mujoco.mjtGeom.mjGEOM_PLANE if fixed else mujoco.mjtGeom.mjGEOM_BOX,
         size=[REACH] * 3,
         pos=back @ (touch.place - behind - start),
-        quat=_quaternion(mujoco, back @ _axes_on(touch.normal)),
+        quat=_quaternion(mujoco, back @ third_along(touch.normal)),
         contype=0,
         conaffinity=0,
     )
@@ -167,13 +167,6 @@ def _principal(body: Body) -> tuple[np.ndarray, np.ndarray]:
     """(3,) moments and (3, 3) axes, right-handed."""
     moments, axes = np.linalg.eigh(body.inertia)
     return moments, axes * np.sign(np.linalg.det(axes))
-
-
-def _axes_on(normal: np.ndarray) -> np.ndarray:
-    """(3, 3) right-handed axes with the normal third."""
-    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(normal, first), normal])
 
 
 def _quaternion(mujoco: Any, rotation: np.ndarray) -> np.ndarray:

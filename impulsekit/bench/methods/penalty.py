@@ -15,32 +15,24 @@ It never goes to Newton's law with slip at the end where slip stops on the way.
 Two ways through the contact: LSODA, which steps as its tolerance asks, and semi-implicit Euler
 with √k steps, what a simulator with fixed steps does. Tolerance and creep speed go down with k,
 so that no setting but k is left.
-
-``python -m impulsekit.bench.methods.penalty`` writes error and time over k.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pinocchio as pin
 
-from ...impact import solve
 from ...motion.tree.chart import Chart
-from ...scene import Law
 from ..problems.problem import Problem
-from ..timing import time_in_turn
 from .mechanism import Mechanism, is_landing, mechanism_of
 from .method import Answer, Method
 from .springs import PressedContact, Pressing, Springs
 from .swing import approach_speed, half_swing
 
-__all__ = ["METHODS", "under_fitting_law"]
+__all__ = ["METHODS"]
 
 # N/m. Euler's steps go with the root of it, and so does its time.
 ADAPTIVE = (1e3, 1e5, 1e7, 1e9, 1e11)
@@ -55,22 +47,6 @@ LONGEST, MOST_PHASES = 100.0, 100
 LOOSEST, FIRST = 1e-3, 1e-3
 # Of contacts; more take seconds, and go to no law's answer anyway.
 MOST_CONTACTS = 4
-
-
-def under_fitting_law(problem: Problem) -> Problem:
-    """The same problem under the law that one contact's spring obeys: Stronge, along the path.
-
-    Its answer is ``impulsekit.solve``'s.
-    """
-    old = problem.scene
-    law = Law(restitution="stronge", slip="path")
-    scene = replace(old, law=law)
-    return replace(
-        problem,
-        scene=scene,
-        exact=lambda: solve(scene, problem.q, problem.v).v_after,
-        source="impulsekit, Stronge's law along the path",
-    )
 
 
 def _suits(problem: Problem) -> bool:
@@ -192,32 +168,3 @@ METHODS: tuple[Method, ...] = (
     *Method("penalty contact, LSODA", _suits, _by_lsoda, peer=True).at(ADAPTIVE),
     *Method("penalty contact, Euler", _suits, _by_euler, peer=True).at(FIXED),
 )
-
-
-def main() -> None:
-    """Write error and time over stiffness, beside the time of ``impulsekit.solve``."""
-    from ..problems.registry import problems
-
-    for problem in problems(families=("rod along its path", "foot", "rocking block", "cradle")):
-        fitting = under_fitting_law(problem) if len(problem.scene.contacts) == 1 else None
-        for method in METHODS:
-            if method.suits(problem):
-                sys.stdout.write(_row(problem, fitting, method))
-
-
-def _row(problem: Problem, fitting: Problem | None, method: Method) -> str:
-    answer = method.prepare(problem)
-    times = time_in_turn(
-        {"ours": partial(solve, problem.scene, problem.q, problem.v), "theirs": answer}, rounds=5
-    )
-    ratio = times["theirs"].median / times["ours"].median
-    found = answer()
-    law = f", of its own law {fitting.error(found):.1e}" if fitting else ""
-    return (
-        f"{problem.name:21s} {method.label:30s} {1e3 * times['theirs'].median:8.2f} ms "
-        f"{ratio:6.0f} times ours   error {problem.error(found):.1e}{law}\n"
-    )
-
-
-if __name__ == "__main__":
-    main()

@@ -13,7 +13,7 @@ from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state
 
-__all__ = ["CORNERS", "FEET", "SOLES", "feet", "single_feet", "smooth_feet"]
+__all__ = ["CORNERS", "FEET", "SOLES", "feet", "landing_state", "single_feet", "smooth_feet"]
 
 # Four corners of each sole of Talos, in the sole's frame [m].
 SOLES = ("left_sole_link", "right_sole_link")
@@ -64,14 +64,18 @@ def _corners(friction: float) -> list[Contact]:
     return [Contact(sole, at=at, friction=friction) for sole in SOLES for at in CORNERS]
 
 
+def landing_state(robot: Robot, seed: int, along: float) -> tuple[np.ndarray, np.ndarray]:
+    """q and v near the neutral pose, upright, that comes down at some 1 m/s."""
+    _, v = drawn_state(robot, seed)
+    q = robot.neutral()
+    q[7:] += drawn_state(robot, seed + 1, spread=0.1)[0][7:]
+    return q, 0.3 * v + np.array([along, 0.0, -1.0] + [0.0] * (robot.nv - 3))
+
+
 def _landing(
     family: str, size: int, robot: Robot, contacts: Sequence[Contact], along: float = 0.0
 ) -> Problem:
-    """A robot near its neutral pose, upright, that comes down at some 1 m/s."""
-    _, v = drawn_state(robot, size)
-    q = robot.neutral()
-    q[7:] += drawn_state(robot, size + 1, spread=0.1)[0][7:]
-    v = 0.3 * v + np.array([along, 0.0, -1.0] + [0.0] * (robot.nv - 3))
+    q, v = landing_state(robot, size, along)
     scene = Scene(robot, contacts=contacts)
     exact = exact_or_kept(family, size, scene, q, v, lambda: velocity_after(scene, q, v))
     return Problem(family, size, scene, q, v, exact, SOURCE)

@@ -15,7 +15,8 @@ from ...scene import Collision, Contact, Scene
 from ..truths.found import Exact, Found
 from ..truths.impacts import Impacts
 from ..truths.residuals import Residuals
-from ..urdf import box_moments, box_shape, one_body
+from ..urdf import one_body, solid_box
+from .bodies import random_state
 from .sweep import STATES, Case, Sweeps, decades
 
 __all__ = ["SWEEPS"]
@@ -28,11 +29,6 @@ Points = Callable[[np.ndarray], list[Contact]]
 
 def _ball(name: str, radius: float, mass: float) -> Robot:
     return one_body(name, mass, 0.4 * mass * radius * radius, f'<sphere radius="{radius!r}"/>')
-
-
-def _box(name: str, size: np.ndarray, mass: float) -> Robot:
-    sides = size.tolist()
-    return one_body(name, mass, box_moments(mass, sides), box_shape(sides))
 
 
 class _Known:
@@ -95,13 +91,6 @@ def _coefficients(rng: np.random.Generator) -> dict[str, Any]:
     }
 
 
-def _tumbled(rng: np.random.Generator, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """States of random orientation at the origin, with random speeds."""
-    steps = rng.uniform(-1.5, 1.5, (STATES, robot.nv))
-    q = np.array([pin.integrate(robot.model, robot.neutral(), step) for step in steps])
-    return q, rng.normal(size=(STATES, robot.nv))
-
-
 def _rotation(quaternion: np.ndarray) -> np.ndarray:
     return pin.Quaternion(np.array(quaternion)).toRotationMatrix()
 
@@ -117,7 +106,7 @@ def balls_meet(depth: float, rng: np.random.Generator) -> Case:
     world = combine(a=balls[0], b=balls[1])
     laws = _coefficients(rng)
     scene = Scene(world, contacts=[Collision("a/a", "b/b", **laws)])
-    q, v = _tumbled(rng, world)
+    q, v = random_state(world, rng, STATES)
     for state, speed in zip(q, v, strict=True):
         direction = rng.normal(size=3)
         direction /= np.linalg.norm(direction)
@@ -151,10 +140,12 @@ def ball_on_floor(depth: float, rng: np.random.Generator) -> Case:
     """A ball that reaches that deep into the top of a floating slab."""
     radius, size = float(rng.uniform(0.05, 0.5)), rng.uniform(0.5, 2.0, 3)
     mass = float(rng.uniform(0.2, 3))
-    world = combine(a=_ball("a", radius, mass), b=_box("b", size, float(rng.uniform(1, 9))))
+    world = combine(
+        a=_ball("a", radius, mass), b=solid_box("b", float(rng.uniform(1, 9)), size.tolist())
+    )
     laws = _coefficients(rng)
     scene = Scene(world, contacts=[Collision("a/a", "b/b", **laws)])
-    q, v = _tumbled(rng, world)
+    q, v = random_state(world, rng, STATES)
     for state, speed in zip(q, v, strict=True):
         slab, turn = _rotation(state[10:14]), _rotation(state[3:7])
         foot = np.array([*(0.4 * size[:2] * rng.uniform(-1, 1, 2)), 0.5 * size[2] + radius - depth])
@@ -176,12 +167,12 @@ def box_on_box(depth: float, rng: np.random.Generator) -> Case:
     """A box that reaches that deep into the top of a larger one, flat on it, at four corners."""
     size, lower = rng.uniform(0.1, 0.4, 3), rng.uniform(1.0, 2.0, 3)
     world = combine(
-        a=_box("a", size, float(rng.uniform(0.2, 3))),
-        b=_box("b", lower, float(rng.uniform(1, 9))),
+        a=solid_box("a", float(rng.uniform(0.2, 3)), size.tolist()),
+        b=solid_box("b", float(rng.uniform(1, 9)), lower.tolist()),
     )
     laws = _coefficients(rng)
     scene = Scene(world, contacts=[Collision("a/a", "b/b", **laws)])
-    q, v = _tumbled(rng, world)
+    q, v = random_state(world, rng, STATES)
     for state, speed in zip(q, v, strict=True):
         slab = _rotation(state[10:14])
         angle = float(rng.uniform(-3, 3))

@@ -18,6 +18,7 @@ from ...robot.combine import combine
 from ...scene import Collision, Contact, JointStop, Scene
 from ..truths.flown import Flown, Gap, from_box, from_segment, turned
 from .flying_bodies import ball, box, free_body, hung, rod, rounded_rod, slider
+from .mechanisms import random_turn
 
 __all__ = [
     "NEAR", "Flight", "blade", "buffer", "bullet", "graze", "meeting", "stop", "tip",
@@ -56,11 +57,7 @@ def _anywhere(rng: np.random.Generator) -> pin.SE3:
     """A place in the world: the origin, or any other up to 100 m away, turned."""
     if rng.random() < 0.3:
         return pin.SE3.Identity()
-    return pin.SE3(_any_turn(rng), _power(rng, -1, 2) * rng.normal(size=3))
-
-
-def _any_turn(rng: np.random.Generator) -> np.ndarray:
-    return pin.Quaternion(rng.normal(size=4)).normalized().matrix()
+    return pin.SE3(random_turn(rng), _power(rng, -1, 2) * rng.normal(size=3))
 
 
 def _state(world: Robot, bodies: dict[str, Flown]) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +106,7 @@ def bullet(thickness: float, rng: np.random.Generator) -> Flight:
     start = place.act(np.array([-far, *rng.uniform(-0.1, 0.1, 2)]))
     way = place.rotation @ np.array([speed, 0.0, 0.0])
     spin = _power(rng, -1, 1.5) * speed / far * rng.normal(size=3)
-    flown = Flown(start, way - 0.5 * far / speed * weight, _any_turn(rng), spin, weight)
+    flown = Flown(start, way - 0.5 * far / speed * weight, random_turn(rng), spin, weight)
     if rng.random() < 0.5:
         shape, half = ball(size), _NONE
         reach = size
@@ -260,7 +257,7 @@ def meeting(thickness: float, rng: np.random.Generator) -> Flight:
     for spins in (1.5, 0.5):
         velocity = _power(rng, -1, 1.5) * rng.normal(size=3)
         spin = _power(rng, -1, spins) / when * rng.normal(size=3)
-        flown.append(Flown(middle - when * velocity, velocity, _any_turn(rng), spin, weight))
+        flown.append(Flown(middle - when * velocity, velocity, random_turn(rng), spin, weight))
     one, two = flown
     if rng.random() < 0.5:
         thin = free_body("a", box(*(2.0 * half)))
@@ -296,7 +293,9 @@ def turning_plane(rate: float, rng: np.random.Generator) -> Flight:
     for spin in (rate, _power(rng, -1, 1.0)):
         way = rng.normal(size=3)
         velocity, axis = _power(rng, -1, 0.5) * rng.normal(size=3), way / np.linalg.norm(way)
-        flown.append(Flown(middle - when * velocity, velocity, _any_turn(rng), spin * axis, _NONE))
+        flown.append(
+            Flown(middle - when * velocity, velocity, random_turn(rng), spin * axis, _NONE)
+        )
     plane, body = flown
     normal, at = rng.normal(size=3), rng.uniform(-0.5, 0.5, 3)
     normal /= np.linalg.norm(normal)

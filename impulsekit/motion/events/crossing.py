@@ -220,10 +220,11 @@ class _Search:
         self._speeds[i], first = 0.0, np.inf
         base = float(self._base[i])
         for pair in item.pairs:
-            meets, speed = may_meet(*pair.supports, *own)
+            one, two = pair.supports
+            meets, speed = may_meet(one, two, *own)
             self._speeds[i] = max(self._speeds[i], speed)
             if meets:
-                bound, last = bound_of(*pair.supports, *own), min(end, first)
+                bound, last = bound_of(one, two, *own), min(end, first)
                 t = _first_touch(sight_of(pair), bound, start, last, base, touch, exact)
                 first = min(first, t)
         return first
