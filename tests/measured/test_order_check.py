@@ -62,7 +62,7 @@ def two_cubes(count):
 
 @pytest.mark.slow
 def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions():
-    scene, throws = two_cubes(10)
+    scene, throws = two_cubes(5)
     assert UNTOLD not in find_impacts(throws, scene, sigma=SIGMA).notes
     assert UNTOLD in find_impacts(throws[:1], scene, sigma=SIGMA).notes
     order = [0, 1, 2, 4, 5, 6, 3, 7, 8, 9, 11, 12, 13, 10]
