@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, UnknownNameError, a_thing, quoted
+from ..errors import InputError, UnknownNameError, a_thing, check_kind, quoted
 from ..impact.warm import compile_laws
 from ..laws.compiled import ENTRIES
 from ..laws.status import Status
@@ -112,8 +112,7 @@ def solve_batch(
         >>> solve_batch(scene, robot.neutral(), impulses=blows).v_after.shape
         (1000, 9)
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"solve_batch takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "solve_batch")
     outputs = (outputs,) if isinstance(outputs, str) else outputs
     if not isinstance(outputs, Iterable):
         raise InputError(f"outputs must be a list of names, got {a_thing(outputs)}")
@@ -307,8 +306,7 @@ def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
         >>> warm_up(Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])).kernel
         True
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"warm_up takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "warm_up")
     from ..motion.warm import compile_motion
 
     compile_laws(scene)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display import OneLine
-from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..errors import InputError, RangeError, UnknownNameError, a_thing, check_kind
 from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..impact.named import ByName
@@ -232,8 +232,7 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
         >>> round(history.restitution, 12)
         0.8
     """
-    if not isinstance(impact, Impact):
-        raise InputError(f"force_history takes an Impact, not {a_thing(impact)}")
+    check_kind(impact, Impact, "force_history")
     checked_curve(curve, "force_history")
     index, point = _only_contact(impact, contact)
     name = impact.scene.entry_names("contacts")[index]

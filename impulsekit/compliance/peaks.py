@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import OneLine
-from ..errors import InputError, RangeError, a_thing
+from ..errors import InputError, RangeError, check_kind
 from ..robot.arrays import lock
 from ..scene import Scene
 from ..scene.contacts import turns
@@ -115,8 +115,7 @@ def peak_forces(
 
 def _only_contact(scene: Scene, curve: Curve, friction: Any) -> str:
     """The name of the scene's contact; raises where ``peak_forces`` is not available."""
-    if not isinstance(scene, Scene):
-        raise InputError(f"peak_forces takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "peak_forces")
     checked_curve(curve, "peak_forces")
     if len(scene.contacts) != 1 or scene.impulses or scene.held:
         raise InputError(

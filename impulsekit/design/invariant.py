@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import OneLine
-from ..errors import InputError, ShapeError, a_thing
+from ..errors import InputError, ShapeError, check_kind
 from ..impact import ImpactSolver
 from ..robot import state
 from ..robot.arrays import array_of, lock
@@ -107,8 +107,7 @@ def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
         >>> impact_invariant(Scene(arm, contacts=[wall], gap_bound=9), [0.1, 0.4]).basis.shape
         (1, 2)
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"impact_invariant takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "impact_invariant")
     robot = scene.robot
     place = state.checked_configuration(robot.model, q)
     bare = replace(scene, impulses=())

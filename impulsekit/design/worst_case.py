@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import OneLine
-from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..errors import InputError, RangeError, UnknownNameError, check_kind
 from ..impact import ImpactSolver
 from ..robot import state
 from ..scene import Scene
@@ -104,8 +104,7 @@ def worst_impact(
         >>> round(worst.restitution, 6), round(worst.impulse, 6)
         (0.5, 0.25)
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"worst_impact takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "worst_impact")
     robot = scene.robot
     place = state.checked_configuration(robot.model, q)
     moving = state.checked_velocity(robot.model, v)

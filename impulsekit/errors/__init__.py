@@ -54,6 +54,7 @@ __all__ = [
     "UnknownNameError",
     "UrdfError",
     "a_thing",
+    "check_kind",
     "nearest_names",
     "quoted",
     "shown",
@@ -100,6 +101,20 @@ class InputError(ImpulsekitError, ValueError):
         >>> issubclass(UnknownNameError, InputError) and issubclass(InputError, ValueError)
         True
     """
+
+
+def check_kind(value: object, kind: type, what: str) -> None:
+    """Prove that a function, ``what`` in words, was given what it takes.
+
+    Raises:
+        InputError: it was not.
+
+    Example:
+        >>> check_kind({}, dict, "load")
+    """
+    if not isinstance(value, kind):
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        raise InputError(f"{what} takes {article} {kind.__name__}, not {a_thing(value)}")
 
 
 class UnknownNameError(InputError, KeyError):

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import one_line
-from ..errors import InputError, a_thing, warn_of_setup
+from ..errors import check_kind, warn_of_setup
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..robot.massless import is_always_regular
@@ -61,8 +61,7 @@ class ImpactSolver:
     """
 
     def __init__(self, scene: Scene) -> None:
-        if not isinstance(scene, Scene):
-            raise InputError(f"solve takes a Scene, not {a_thing(scene)}")
+        check_kind(scene, Scene, "solve")
         self.scene = scene_at(scene, 0.0)
         self._workspace = _Workspace(self.scene, as_given=self.scene is scene)
         self.plan = self._workspace.plan

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, a_thing
+from ..errors import InputError, RangeError, ShapeError, check_kind
 from ..robot.arrays import lock
 from ..scene import Scene
 from .closing import ClosingContacts
@@ -18,7 +18,7 @@ from .found import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
 from .kink import Kink, is_smooth, meeting_of
 from .order_check import check_order_by_balance, check_quaternion_order, quaternions_of
-from .recording import Recording
+from .recording import Recording, as_recordings
 from .segments import MEDIAN_TO_SIGMA, Segments, find_segments, flights_with_noise
 from .velocity_check import checked_velocities
 
@@ -98,9 +98,9 @@ def find_impacts(
         >>> round(found.impacts[0].time, 5), found.impacts[0].contacts
         (0.30289, ('floor',))
     """
-    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    nv = scene.robot.nv
+    several = as_recordings(recordings, "find_impacts")
     _check(several, scene, near)
+    nv = scene.robot.nv
     told = _check_readings(several, scene)
     noise = _given_sigma(sigma, several, nv)
     flight, closing = Flight(scene), ClosingContacts(scene)
@@ -314,13 +314,10 @@ def _impact(
 
 
 def _check(several: list[Any], scene: Any, near: float) -> None:
-    if not isinstance(scene, Scene):
-        raise InputError(f"find_impacts takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "find_impacts")
     if not several:
         raise InputError("find_impacts: no recordings; give one or more")
     for each in several:
-        if not isinstance(each, Recording):
-            raise InputError(f"find_impacts takes Recordings, not {a_thing(each)}")
         if each.robot.nq != scene.robot.nq or each.robot.nv != scene.robot.nv:
             raise InputError(
                 f"find_impacts: recording {each.name or 'given'} is of another robot than the scene"

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..design.fit import Fit, fit_impacts
-from ..errors import InputError, a_thing
+from ..errors import InputError, check_kind
 from ..scene import Scene
 from .calibration import calibrate
 from .comparison import compare_laws
 from .finding import find_impacts
 from .identification_report import Identification
 from .motions import FEWEST_RECORDINGS, check_choices, fit_motion
-from .recording import Recording
+from .recording import Recording, as_recordings
 
 __all__ = ["identify"]
 
@@ -62,7 +62,8 @@ def identify(
         0.18
     """
     check_choices(held_out, processes, seed)
-    several = _checked(recordings, scene)
+    check_kind(scene, Scene, "identify")
+    several = as_recordings(recordings, "identify")
     restitution, friction = _chosen(scene, restitution, friction)
     notes: list[str] = []
     found_calibration = None
@@ -110,18 +111,6 @@ def identify(
     return Identification(
         tuple(several), found_calibration, impacts, by_impact, by_motion, fitted, tuple(notes), laws
     )
-
-
-def _checked(recordings: Any, scene: Any) -> list[Recording]:
-    """The recordings as a list."""
-    if not isinstance(scene, Scene):
-        raise InputError(f"identify takes a Scene, not {a_thing(scene)}")
-    alone = isinstance(recordings, Recording)
-    several = [recordings] if alone or not isinstance(recordings, Iterable) else list(recordings)
-    for each in several:
-        if not isinstance(each, Recording):
-            raise InputError(f"identify takes Recordings, not {a_thing(each)}")
-    return several
 
 
 def _shared(names: tuple[str, ...], known: Sequence[str]) -> str | tuple[str, ...]:

@@ -15,12 +15,12 @@ from ..design.parameters import (
     parameters_of,
 )
 from ..display import OneLine, one_line
-from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..errors import InputError, RangeError, UnknownNameError
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number, whole
 from ..tolerances import NONZERO
-from .recording import Recording
+from .recording import Recording, as_recordings
 from .rollouts import QUICK, Rollouts
 from .smooth_fit import are_smooth, smooth_fit
 from .surface import design_points, least_of, resampled_least
@@ -174,10 +174,7 @@ def fit_motion(
         >>> fit = fit_motion(tosses, file.scene, friction=["corner_*"])  # doctest: +SKIP
         >>> print(fit, *fit.notes, sep="\\n")  # doctest: +SKIP
     """
-    several = list(recordings)
-    for each in several:
-        if not isinstance(each, Recording):
-            raise InputError(f"fit_motion takes Recordings, not {a_thing(each)}")
+    several = as_recordings(recordings, "fit_motion")
     check_choices(held_out, processes, seed)
     parameters = parameters_of(scene, restitution, friction, inertias or {})
     parameters += force_parameters_of(scene, forces or {})

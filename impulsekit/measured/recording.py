@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from .columns import RecordingFormat
 
-__all__ = ["Recording"]
+__all__ = ["Recording", "as_recordings"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -202,3 +202,17 @@ def _sigma(given: Any, nv: int) -> np.ndarray:
     if not (np.isfinite(sigma) & (sigma > 0.0)).all():
         raise RangeError.of("Recording: sigma", given, "above 0")
     return sigma
+
+
+def as_recordings(given: Any, what: str) -> list[Recording]:
+    """One recording or several as a list, for a function, ``what`` in words.
+
+    Raises:
+        InputError: something else is among them.
+    """
+    alone = isinstance(given, Recording) or not isinstance(given, Iterable)
+    several = [given] if alone else list(given)
+    for each in several:
+        if not isinstance(each, Recording):
+            raise InputError(f"{what} takes Recordings, not {a_thing(each)}")
+    return several

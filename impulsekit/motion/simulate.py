@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted
+from ..errors import InputError, NotFiniteError, RangeError, a_thing, check_kind, quoted
 from ..robot import state
 from ..robot.capacity import check_capacity
 from ..scene import Contact, Scene
@@ -95,8 +95,7 @@ def simulate(
         >>> [round(time, 6) for time, _ in motion.impacts]
         [0.451524]
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"simulate takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "simulate")
     for i, contact in enumerate(scene.contacts):
         if isinstance(contact, Contact) and contact.adhesion and not contact.holding_force:
             raise InputError(

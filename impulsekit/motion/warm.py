@@ -26,39 +26,39 @@ def load_motion(scene: Scene) -> None:
 
 def _entries(scene: Scene | None) -> list[Entry]:
     """What motions of a scene call; None: of any scene."""
-    from ..geometry.features import touch
-    from ..geometry.held_points import write_gaps_and_ends, write_spots
-    from ..geometry.polyhedron import separate
     from ..laws.resting import find_forces
-    from ..rows.point_rows import gaps_and_rates
     from .events.corners import crossings_of
     from .events.look import look
     from .events.touch import first_touch_of, touch_pairs
-    from .gaps.pairs import write_gaps
     from .rest.settle import settle_points
     from .steps.compiled import attempt, begin_steps, rates_at
     from .travel.advance import advance, until_closing
     from .travel.journey import travel
     from .travel.strike import strike_point
     from .tree.chart import unrolled
-    from .tree.pressed import pressed, rows_and_bias
+    from .tree.pressed import pressed
 
+    of_points, of_bodies = _through_python()
     entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance, travel]
     if scene is None or scene.contacts:
-        entries += [
-            look,
-            settle_points,
-            strike_point,
-            gaps_and_rates,
-            rows_and_bias,
-            find_forces,
-            pressed,
-            until_closing,
-        ]
+        entries += [look, settle_points, strike_point, find_forces, pressed, until_closing]
+        entries += of_points
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
-        entries += [separate, touch, touch_pairs, first_touch_of, crossings_of, write_gaps]
-        entries += [write_gaps_and_ends, write_spots]
+        entries += [touch_pairs, first_touch_of, crossings_of, *of_bodies]
     return entries
+
+
+def _through_python() -> tuple[list[Entry], list[Entry]]:
+    """What motions call through Python: of points that touch, and of colliding bodies."""
+    from ..geometry.features import touch
+    from ..geometry.held_points import write_gaps_and_ends, write_spots
+    from ..geometry.polyhedron import separate
+    from ..rows.point_rows import gaps_and_rates
+    from .gaps.pairs import write_gaps
+    from .tree.pressed import rows_and_bias
+
+    of_bodies: list[Entry] = [separate, touch, write_gaps, write_gaps_and_ends, write_spots]
+    return [gaps_and_rates, rows_and_bias], of_bodies
 
 
 def load_shared() -> None:
@@ -67,23 +67,8 @@ def load_shared() -> None:
     Else a number of calls that depends on the time they take would run as Python first, which
     rounds otherwise in the last place: no two motions would be the same to the last bit.
     """
-    from ..geometry.features import touch
-    from ..geometry.held_points import write_gaps_and_ends, write_spots
-    from ..geometry.polyhedron import separate
     from ..laws.several import hit_contacts
-    from ..rows.point_rows import gaps_and_rates
-    from .gaps.pairs import write_gaps
-    from .tree.pressed import rows_and_bias
 
-    entries: list[Entry] = [
-        hit_contacts,
-        gaps_and_rates,
-        rows_and_bias,
-        separate,
-        touch,
-        write_gaps,
-        write_gaps_and_ends,
-        write_spots,
-    ]
-    for entry in entries:
+    of_points, of_bodies = _through_python()
+    for entry in (hit_contacts, *of_points, *of_bodies):
         entry.load()

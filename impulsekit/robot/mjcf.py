@@ -15,7 +15,7 @@ import pinocchio as pin
 from ..errors import MjcfError, ShapeError, shown
 from .loop import Loop
 from .mjcf_pairs import pairs_of
-from .mjcf_shapes import shapes_of
+from .mjcf_shapes import rotation_of, shapes_of
 from .model_checks import root_joint
 
 __all__ = ["MjcfRobot", "state_from_mujoco"]
@@ -310,7 +310,7 @@ def state_from_mujoco(mj: Any, qpos: Any, qvel: Any) -> tuple[np.ndarray, np.nda
         turn = slice(first + 3, first + 7) if kind == _FREE else slice(first, first + 4)
         if kind == _FREE:
             speed = slice(mj.jnt_dofadr[joint], mj.jnt_dofadr[joint] + 3)
-            v[speed] = _rotation(q[turn]).T @ v[speed]
+            v[speed] = rotation_of(q[turn]).T @ v[speed]
         q[turn] = np.roll(q[turn], -1)
     return q, v
 
@@ -324,13 +324,8 @@ def _triple(values: np.ndarray) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _rotation(wxyz: np.ndarray) -> np.ndarray:
-    w, x, y, z = (float(value) for value in wxyz)
-    return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
-
-
 def _placement(position: np.ndarray, wxyz: np.ndarray) -> pin.SE3:
-    return pin.SE3(_rotation(wxyz), np.array(position))
+    return pin.SE3(rotation_of(wxyz), np.array(position))
 
 
 def _hinge(axis: np.ndarray) -> Any:

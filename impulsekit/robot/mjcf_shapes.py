@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-__all__ = ["PlainShape", "coal_shape", "shapes_of"]
+__all__ = ["PlainShape", "coal_shape", "rotation_of", "shapes_of"]
 
 _KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 # MuJoCo draws the groups below this one unless it is told otherwise.
@@ -67,7 +67,6 @@ def shapes_of(mj: Any, frames: Sequence[str]) -> tuple[PlainShape, ...]:
             vertices = np.array(mj.mesh_vert[first : first + count], dtype=float)
             first, count = int(mj.mesh_faceadr[mesh]), int(mj.mesh_facenum[mesh])
             faces = np.array(mj.mesh_face[first : first + count], dtype=int)
-        w, x, y, z = (float(value) for value in mj.geom_quat[i])
         material = int(mj.geom_matid[i])
         rgba = mj.mat_rgba[material] if material >= 0 else mj.geom_rgba[i]
         shapes.append(
@@ -76,7 +75,7 @@ def shapes_of(mj: Any, frames: Sequence[str]) -> tuple[PlainShape, ...]:
                 frames[int(mj.geom_bodyid[i])],
                 _KINDS[number],
                 np.array(mj.geom_size[i], dtype=float),
-                pin.Quaternion(w, x, y, z).normalized().toRotationMatrix(),
+                rotation_of(mj.geom_quat[i]),
                 np.array(mj.geom_pos[i], dtype=float),
                 vertices,
                 faces,
@@ -87,6 +86,12 @@ def shapes_of(mj: Any, frames: Sequence[str]) -> tuple[PlainShape, ...]:
             )
         )
     return tuple(shapes)
+
+
+def rotation_of(wxyz: np.ndarray) -> np.ndarray:
+    """(3, 3) of a quaternion w, x, y, z."""
+    w, x, y, z = (float(value) for value in wxyz)
+    return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
 
 
 def coal_shape(shape: PlainShape, *, drawn: bool) -> Any:

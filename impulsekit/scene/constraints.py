@@ -31,6 +31,7 @@ __all__ = [
     "JointCoupling",
     "JointLock",
     "PointAnchor",
+    "check_ends",
     "checked_velocity",
     "velocity_keeping_lock",
     "velocity_of",
@@ -75,7 +76,7 @@ class PointAnchor(BetweenFrames):
     name: str | None = None
 
     def __post_init__(self) -> None:
-        what = _check_ends(self)
+        what = check_ends(self, optional(vector), "a frame cannot be anchored to itself")
         keep(self, what, velocity_of(3), "velocity")
 
 
@@ -118,7 +119,7 @@ class FrameAnchor(BetweenFrames):
     name: str | None = None
 
     def __post_init__(self) -> None:
-        what = _check_ends(self)
+        what = check_ends(self, optional(vector), "a frame cannot be anchored to itself")
         given = _several(self.directions, f"{what}: directions")
         object.__setattr__(self, "directions", _directions(given, what))
         axes_name(self.axes, f"{what}: axes")
@@ -220,17 +221,21 @@ def velocity_keeping_lock(joint: str) -> JointLock:
     return JointLock(joint, velocity="kept", name=f"controlled {joint}")
 
 
-def _check_ends(anchor: PointAnchor | FrameAnchor) -> str:
-    """Check what two kinds of anchors share; gives the words that name the anchor."""
-    kind = type(anchor).__name__
-    text(anchor.frame, f"{kind}: frame")
-    text(anchor.other, f"{kind}: other")
-    what = f'{kind} of "{anchor.frame}" to "{anchor.other}"'
-    if anchor.frame == anchor.other:
-        raise InputError(f"{what}: a frame cannot be anchored to itself")
-    keep(anchor, what, vector, "at")
-    keep(anchor, what, optional(vector), "other_at")
-    check_name(anchor.name, what)
+def check_ends(entry: Any, other_at: Check, why: str) -> str:
+    """Check what entries between two points share; gives the words that name the entry.
+
+    Args:
+        other_at: what the point in ``other`` has to be. why: not both in one frame.
+    """
+    kind = type(entry).__name__
+    text(entry.frame, f"{kind}: frame")
+    text(entry.other, f"{kind}: other")
+    what = f'{kind} of "{entry.frame}" to "{entry.other}"'
+    if entry.frame == entry.other:
+        raise InputError(f"{what}: {why}")
+    keep(entry, what, vector, "at")
+    keep(entry, what, other_at, "other_at")
+    check_name(entry.name, what)
     return what
 
 

@@ -6,17 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InputError, RangeError
+from ..errors import RangeError
 from .acting import BetweenFrames
-from .constraints import velocity_of
+from .constraints import check_ends, velocity_of
 from .contacts import check_stiffness
-from .numbers import Vector, Velocity, check_name, keep, number, text, vector
+from .numbers import Vector, Velocity, keep, number, vector
 from .restitution import checked_restitution
 
 __all__ = ["KEPT_ANYWAY", "DistanceAnchor", "Rope"]
 
 # Why both ends must be on two bodies.
 KEPT_ANYWAY = "their points keep their distance anyway"
+_ONE_FRAME = "two points of one frame keep their distance anyway"
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class DistanceAnchor(BetweenFrames):
     name: str | None = None
 
     def __post_init__(self) -> None:
-        what = _check_points(self)
+        what = check_ends(self, vector, _ONE_FRAME)
         keep(self, what, velocity_of(1), "velocity")
 
 
@@ -88,7 +89,7 @@ class Rope(BetweenFrames):
     stiffness: float | None = None
 
     def __post_init__(self) -> None:
-        what = _check_points(self)
+        what = check_ends(self, vector, _ONE_FRAME)
         keep(self, what, _length, "length")
         keep(self, what, checked_restitution, "restitution")
         check_stiffness(self, what)
@@ -99,16 +100,3 @@ def _length(value: Any, what: str) -> float:
     if not result > 0.0:
         raise RangeError.of(what, result, "above 0 m")
     return result
-
-
-def _check_points(entry: DistanceAnchor | Rope) -> str:
-    """Check what both have; gives the words that name the entry."""
-    kind = type(entry).__name__
-    text(entry.frame, f"{kind}: frame")
-    text(entry.other, f"{kind}: other")
-    what = f'{kind} of "{entry.frame}" to "{entry.other}"'
-    if entry.frame == entry.other:
-        raise InputError(f"{what}: two points of one frame keep their distance anyway")
-    keep(entry, what, vector, "at", "other_at")
-    check_name(entry.name, what)
-    return what

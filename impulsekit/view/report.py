@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display.table import ROUNDING, decimals, paper_decimals, table
-from ..errors import InputError, RangeError, a_thing, quoted
+from ..errors import RangeError, check_kind, quoted
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
 from .contacts import contacts_section, gap_lines
@@ -53,8 +53,7 @@ def report(
     """
     from ..impact.result import Impact as AnImpact
 
-    if not isinstance(impact, AnImpact):
-        raise InputError(f"report takes an Impact, not {a_thing(impact)}")
+    check_kind(impact, AnImpact, "report")
     if form not in FORMS:
         raise RangeError.of("report: form", quoted(form), " or ".join(map(quoted, FORMS)))
     return FORMS[form](report_blocks(impact, points, rows=rows))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..display.table import decimals, table
-from ..errors import InputError, a_thing
+from ..errors import check_kind
 from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_gaps
 from ..impact.named import Named
 from ..robot.placing import Posture
@@ -77,8 +77,7 @@ def touching(scene: Scene, q: ArrayLike, v: ArrayLike | None = None) -> Touching
           -------   --------   -----   -------------   ------
           floor     yes        0.826           0.088   m, m/s
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"touching takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "touching")
     posture = Posture(scene.robot, q, v)
     return Touching(
         Named(contact_gaps(scene, posture), "contact"),

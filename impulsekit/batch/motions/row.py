@@ -20,7 +20,7 @@ from ..single import scene_of_row, varies
 if TYPE_CHECKING:
     from ...motion.record.trajectory import Trajectory
 
-__all__ = ["RowResult", "followed_row", "motion_of_row"]
+__all__ = ["RowResult", "followed_row", "motion_of_row", "row_without"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,24 +82,29 @@ def followed_row(
         ImpulsekitError: a function of the scene is at fault, which is no fault of the row.
     """
     if inputs.codes[0] != Status.SOLVED:
-        return _refused(scene, times, str(Status(int(inputs.codes[0])).value))
+        return row_without(
+            scene, times, MotionStatus.REFUSED, str(Status(int(inputs.codes[0])).value)
+        )
     try:
         motion = motion_of_row(scene, inputs, 0, settings, times)
     except ImpulsekitError as error:
         if error.from_function:
             raise
-        return _refused(scene, times, str(error))
+        return row_without(scene, times, MotionStatus.REFUSED, str(error))
     return _kept(motion, times, impacts)
 
 
-def _refused(scene: Scene, times: np.ndarray, detail: str) -> RowResult:
-    robot = scene.robot
+def row_without(
+    scene: Scene, times: np.ndarray, status: MotionStatus, detail: str = ""
+) -> RowResult:
+    """A row of which nothing is known."""
+    robot, count = scene.robot, len(times)
     return RowResult(
-        MotionStatus.REFUSED,
+        status,
         detail,
         np.nan,
-        np.full((len(times), robot.nq), np.nan),
-        np.full((len(times), robot.nv), np.nan),
+        np.full((count, robot.nq), np.nan),
+        np.full((count, robot.nv), np.nan),
         np.full(robot.nq, np.nan),
         np.full(robot.nv, np.nan),
         impact_columns(scene, ()),

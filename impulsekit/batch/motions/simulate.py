@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import InputError, a_thing
+from ...errors import InputError, check_kind
 from ...impact.warm import compile_laws
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
@@ -22,7 +22,7 @@ from ..inputs import BatchInputs, batch_inputs
 from ..progress import shown
 from .pool import CannotSend, Lost, follow_rows, worker_count
 from .result import ImpactTable, MotionBatch, RestTable
-from .row import RowResult, followed_row, impact_columns, motion_of_row
+from .row import RowResult, followed_row, motion_of_row, row_without
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -88,8 +88,7 @@ def simulate_batch(
         >>> {status.name: n for status, n in batch.count().items()}
         {'FINISHED': 2, 'REFUSED': 1}
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"simulate_batch takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "simulate_batch")
     if processes is not None:
         processes = whole(processes, "processes", 1)
     chosen, times = chosen_settings(settings, duration, samples, changes)
@@ -146,7 +145,7 @@ def _by_processes(
         nonlocal done
         if isinstance(answer, Lost):
             detail = f"the process that followed it ended, twice (exit status {answer.code})"
-            answer = _without(scene, times, MotionStatus.REFUSED, detail)
+            answer = row_without(scene, times, MotionStatus.REFUSED, detail)
         rows[index] = answer
         done += 1
         tell(done)
@@ -157,23 +156,6 @@ def _by_processes(
     except CannotSend:
         return 1
     return count
-
-
-def _without(scene: Scene, times: np.ndarray, status: MotionStatus, detail: str = "") -> RowResult:
-    """A row of which nothing is known."""
-    robot, count = scene.robot, len(times)
-    return RowResult(
-        status,
-        detail,
-        np.nan,
-        np.full((count, robot.nq), np.nan),
-        np.full((count, robot.nv), np.nan),
-        np.full(robot.nq, np.nan),
-        np.full(robot.nv, np.nan),
-        impact_columns(scene, ()),
-        (),
-        0,
-    )
 
 
 def _check_memory(scene: Scene, rows: int, samples: int) -> None:
@@ -192,7 +174,7 @@ def _batch(
     processes: int,
     again: Callable[[int], Any],
 ) -> MotionBatch:
-    missing = _without(scene, times, MotionStatus.INTERRUPTED)
+    missing = row_without(scene, times, MotionStatus.INTERRUPTED)
     rows = [missing if row is None else row for row in found]
     counts = [len(row.impacts["time"]) for row in rows]
     columns = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...errors import InputError
+from ...errors import check_kind
 from ..result import Impact
 from .derivation import Derivation, acts_before
 from .known_blows import of_known_blows
@@ -40,8 +40,7 @@ def derivatives(impact: Impact) -> Derivatives:
         >>> found.status.exists, found.dv_after_dimpulse["blow"].shape
         (True, (1, 6))
     """
-    if not isinstance(impact, Impact):
-        raise InputError(f"derivatives takes an Impact, not a {type(impact).__name__}")
+    check_kind(impact, Impact, "derivatives")
     refuse_what_has_none(impact)
     workspace = workspace_of(impact.scene)
     outcome = impact.outcome

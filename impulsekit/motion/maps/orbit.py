@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...display import OneLine
-from ...errors import ImpulsekitError, InputError, RangeError, SolveError, a_thing, quoted
+from ...errors import ImpulsekitError, InputError, RangeError, SolveError, check_kind, quoted
 from ...robot import state
 from ...robot.arrays import lock
 from ...scene import Scene
@@ -136,8 +136,7 @@ def find_orbit(
         >>> round(float(orbit.x[0]), 9), round(float(orbit.multipliers[0].real), 6)
         (2.0, 0.5)
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"find_orbit takes a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "find_orbit")
     return _Search(scene, start, back, contact, duration, settings).found(x, tol)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...display import OneLine
-from ...errors import InputError, a_thing
+from ...errors import InputError, check_kind
 from ...impact.saltation import Saltation, saltation
 from ...impact.solver import ImpactSolver
 from ...scene import JointFriction
@@ -88,8 +88,7 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
     """
     from ..record.trajectory import Trajectory as AMotion
 
-    if not isinstance(motion, AMotion):
-        raise InputError(f"sensitivity takes a Trajectory, not {a_thing(motion)}")
+    check_kind(motion, AMotion, "sensitivity")
     if not motion.status.finished:
         raise InputError(
             f"sensitivity: the motion was not followed to its end. {motion.status.value}"
