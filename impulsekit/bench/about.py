@@ -7,10 +7,11 @@ import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 
+from .. import __version__
+
 __all__ = ["about"]
 
 PACKAGES = (
-    "impulsekit",
     "pin",
     "numpy",
     "scipy",
@@ -30,6 +31,7 @@ def about() -> dict[str, str]:
         "machine": f"{cores}-core {platform.machine().replace('_', '-')}",
         "system": platform.system(),
         "Python": platform.python_version(),
+        "impulsekit": __version__,
     }
     for name in PACKAGES:
         try:

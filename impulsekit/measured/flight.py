@@ -13,6 +13,7 @@ from ..motion.dynamics.accelerations import Dynamics
 from ..scene import Scene
 from ..tolerances import NONZERO
 from .free_body import LONGEST_TURN, fly_all, fly_along, free_body_of
+from .free_fall import free_joints
 from .samples import turns_of
 
 __all__ = ["Flight", "FlightFit", "left_by_parabolas"]
@@ -62,11 +63,7 @@ class Flight:
             fly_all.load()
             fly_along.load()
         # Where free joints begin in q and v.
-        self._free = [
-            (joint.idx_q, joint.idx_v)
-            for joint in list(self.model.joints)[1:]
-            if joint.shortname() == "JointModelFreeFlyer"
-        ]
+        self._free = [(joint.idx_q, joint.idx_v) for joint in free_joints(self.model)]
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇."""

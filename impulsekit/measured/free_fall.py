@@ -17,6 +17,7 @@ __all__ = [
     "coarse_scale",
     "free_bodies",
     "free_fall",
+    "free_joints",
     "free_root",
     "has_one_free_body",
     "length_unit",
@@ -86,24 +87,24 @@ def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     return np.array(places), np.array(axes)
 
 
+def free_joints(model: pin.Model) -> list[pin.JointModel]:
+    """The free-flyers of a model."""
+    return [joint for joint in model.joints if joint.shortname() == "JointModelFreeFlyer"]
+
+
 def free_bodies(robot: Robot) -> list[int]:
     """The indices of the free joints, that of the root first.
 
     Raises:
         InputError: the root is none.
     """
-    found = [
-        int(joint.id)
-        for joint in list(robot.model.joints)[1:]
-        if joint.shortname() == "JointModelFreeFlyer"
-    ]
     free_root(robot)
-    return found
+    return [int(joint.id) for joint in free_joints(robot.model)]
 
 
 def has_one_free_body(robot: Robot) -> bool:
     """Whether the root is a free-flyer, and the only one."""
-    free = [j for j in list(robot.model.joints)[1:] if j.shortname() == "JointModelFreeFlyer"]
+    free = free_joints(robot.model)
     return len(free) == 1 and free[0].idx_q == 0
 
 
@@ -113,8 +114,8 @@ def free_root(robot: Robot) -> int:
     Raises:
         InputError: there is none.
     """
-    for joint in list(robot.model.joints)[1:]:
-        if joint.shortname() == "JointModelFreeFlyer" and joint.idx_q == 0:
+    for joint in free_joints(robot.model):
+        if joint.idx_q == 0:
             return int(joint.id)
     raise InputError(
         "calibrate: free fall tells lengths and the vertical, and this robot's root is no "

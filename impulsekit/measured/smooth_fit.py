@@ -132,23 +132,21 @@ class _Residuals:
         box: np.ndarray,
     ) -> _Linear | None:
         """The residuals and their derivatives, over their deviations and with Huber's weights."""
-        columns: list[list[np.ndarray]] = [[] for _ in left]
-        steps = STEP * (box[1] - box[0])
-        for i, step in enumerate(steps):
+        # How far each unknown is moved, and all of them then.
+        moves: list[tuple[float, np.ndarray, Sequence[Start]]] = []
+        for i, step in enumerate(STEP * (box[1] - box[0])):
             # Away from the edge of the box.
             own = -step if x[i] + step > box[1, i] else step
-            ahead = self.at(x + own * np.eye(len(x))[i], states)
+            moves.append((own, x + own * np.eye(len(x))[i], states))
+        for change in STEP * np.eye(2 * self.model.nv):
+            moves.append((STEP, x, [_moved(self.model, state, change) for state in states]))
+        columns: list[list[np.ndarray]] = [[] for _ in left]
+        for own, values, starts in moves:
+            ahead = self.at(values, starts)
             if ahead is None:
                 return None
             for column, there, here in zip(columns, ahead, left, strict=True):
                 column.append((there - here) / own)
-        for i in range(2 * self.model.nv):
-            change = STEP * np.eye(2 * self.model.nv)[i]
-            ahead = self.at(x, [_moved(self.model, state, change) for state in states])
-            if ahead is None:
-                return None
-            for column, there, here in zip(columns, ahead, left, strict=True):
-                column.append((there - here) / STEP)
         blocks = []
         for column, here in zip(columns, left, strict=True):
             weights = np.sqrt(_weights(here / scale)) / scale

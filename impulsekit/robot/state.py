@@ -18,6 +18,7 @@ from ..errors import (
     UnknownNameError,
     quoted,
 )
+from .arrays import floats
 
 __all__ = [
     "FASTEST",
@@ -125,12 +126,7 @@ def _joint_configuration(joint: pin.JointModel, name: str, value: Any) -> np.nda
 
 
 def _numbers(value: Any, what: str) -> np.ndarray:
-    try:
-        entries = np.atleast_1d(np.array(value, dtype=float))
-    except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(
-            f"{what} must be numbers, got {quoted(value)}", what=what, where=what
-        ) from None
+    entries = np.atleast_1d(floats(value, what))
     if entries.ndim != 1:
         raise ShapeError.of(what, (entries.size,), entries.shape)
     if not np.isfinite(entries).all():

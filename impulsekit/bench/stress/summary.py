@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
-import platform
 import statistics
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib.metadata import version
 
-import numpy as np
-
-from ... import __version__
+from ..about import about
 from ..truths.numbers import EPS, truth_numbers
 from .judge import BACKWARD, BOUND, ILL_POSED
 from .sweep import Point
@@ -123,9 +117,8 @@ def whole_of(points: Sequence[Point]) -> Line:
 
 def machine() -> str:
     """Date, kind of machine and versions, in one line."""
-    versions = {"impulsekit": __version__, "pin": version("pin"), "numpy": np.__version__}
-    packages = ", ".join(f"{name} {number}" for name, number in versions.items())
-    return (
-        f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()}-core {platform.machine()}, "
-        f"Python {platform.python_version()}, {packages}; truth: {truth_numbers().name}"
+    facts = about()
+    packages = ", ".join(
+        f"{name} {facts[name]}" for name in ("Python", "impulsekit", "pin", "numpy")
     )
+    return f"{facts['date']}, {facts['machine']}, {packages}; truth: {truth_numbers().name}"
