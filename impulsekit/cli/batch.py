@@ -42,8 +42,8 @@ def batch(
     """
     import os
 
-    from ..batch.study import load_study, run_study, summarize
     from ..batch.study.store import check_store
+    from ..study import load_study, run_study, summarize
     from .outputs import check_outputs
 
     folder = store or os.path.splitext(file)[0] + "_rows"
@@ -73,9 +73,9 @@ def _how_to_go_on(folder: str) -> str:
     import shlex
     import sys
 
-    from ..batch.study import open_study
     from ..batch.study.layout import UNWRITTEN
     from ..errors import ImpulsekitError
+    from ..study import open_study
 
     try:
         status = open_study(folder)["status"].values

@@ -109,10 +109,8 @@ def _trajectory(motion: Trajectory) -> str:
         struck = [c.name for c in impact.contacts if any(p.impulse.any() for p in c.points)]
         change = f"{impact.energy.change:.4g}"
         rows.append([f"{time:.6g}", impact.status.name, ", ".join(struck) or "-", change])
-    if len(motion.impacts) <= MOST_ROWS:
-        more = []
-    else:
-        more = [f"and {len(motion.impacts) - MOST_ROWS} more"]
+    left = len(motion.impacts) - MOST_ROWS
+    more = [f"and {left} more"] if left > 0 else []
     columns = ["time [s]", "status", "contacts with an impulse", "energy change [J]"]
     impacts = ["Impacts", *table(columns, rows), *more] if rows else []
     return as_html([block for block in (head, impacts) if block])

@@ -13,9 +13,9 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.batch.masses import scaled_robot
-from impulsekit.batch.study import Study, Variation, load_study, open_study, run_study, summarize
 from impulsekit.batch.study.full_disk import StoreFullError
 from impulsekit.cli import main
+from impulsekit.study import Study, Variation, load_study, open_study, run_study, summarize
 
 from .forked import ForkedCommand
 
