@@ -201,6 +201,11 @@ class ConstrainedJump:
         if still.any():
             imposed = self._rows_there.target(rows.dot(v))
             free[still] = eliminated.velocity_of_held(still, half_contacts, imposed)
+            speeds = np.abs(v)
+            sizes = np.abs(jacobian).dot(speeds), np.abs(rows).dot(speeds) + np.abs(imposed)
+            before, free = (
+                eliminated.rested(u, still, half_contacts, *sizes) for u in (before, free)
+            )
         problem = contacts.problem(left, before, free, touches)
         solution = contacts.solve(problem, touches)
 

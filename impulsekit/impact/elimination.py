@@ -216,11 +216,8 @@ class Elimination:
             (3n,) whether they hold it.
         """
         sizes = np.einsum("ij,ij->j", half_contacts, half_contacts)
-        # A contact's three rows are made of the same terms, and have the rounding of the largest.
-        sizes = sizes.reshape(-1, 3).max(axis=1).repeat(3)
-        # The span is known as well as its narrowest direction.
-        bar = max(IN_SPAN, SPAN_ROUNDING / self._span.least)
-        held: np.ndarray = np.einsum("ij,ij->j", left, left) <= bar**2 * sizes
+        sizes = _of_contacts(sizes)
+        held: np.ndarray = np.einsum("ij,ij->j", left, left) <= self._bar**2 * sizes
         left[:, held] = 0.0
         return held
 
@@ -234,9 +231,46 @@ class Elimination:
         """
         return imposed.dot(self.shares(half_contacts[:, held])) if imposed.any() else 0.0
 
+    def rested(
+        self,
+        velocity: np.ndarray,
+        held: np.ndarray,
+        half_contacts: np.ndarray,
+        sizes: np.ndarray,
+        of_bilateral: np.ndarray,
+    ) -> np.ndarray:
+        """(3n,) velocities of contact rows; zero where rows are held and only rounding moves them.
+
+        Nothing stops a contact that is held, so that the sign of its velocity decides whether
+        the law has a solution.
+
+        Args:
+            velocity: (3n,) of the contact rows.
+            held: (3n,) from ``still_what_is_held``.
+            half_contacts: (nv, 3n) the contact rows, half-solved.
+            sizes: (3n,) of the terms that their velocities add up.
+            of_bilateral: (m,) the same of the bilateral rows.
+        """
+        sizes = sizes.copy()
+        sizes[held] += np.abs(self.shares(half_contacts[:, held])).T.dot(of_bilateral)
+        rounding = np.abs(velocity) <= self._bar * _of_contacts(sizes)
+        return np.where(held & rounding, 0.0, velocity)
+
+    @property
+    def _bar(self) -> float:
+        """Share of its terms below which what the rows leave of a contact is rounding."""
+        # The span is known as well as its narrowest direction.
+        return max(IN_SPAN, SPAN_ROUNDING / self._span.least)
+
     @cached_property
     def _span(self) -> Span:
         return span_of(self.half, self._vectors, self._magnitude)
+
+
+def _of_contacts(sizes: np.ndarray) -> np.ndarray:
+    """(3n,) the largest of each contact: its three rows are made of the same terms."""
+    largest: np.ndarray = sizes.reshape(-1, 3).max(axis=1).repeat(3)
+    return largest
 
 
 def _without_cancellation(gross: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
