@@ -593,6 +593,6 @@ def test_numbers_of_any_size_are_no_way_around_the_check(faults_of):
 
 
 def test_only_scenes_are_saved(tmp_path):
-    with pytest.raises(InputError, match="of a Scene, not a str"):
+    with pytest.raises(InputError, match="takes a Scene, not a str"):
         ik.save_scene(tmp_path / "scene.toml", "panda")
     assert not list(tmp_path.iterdir())

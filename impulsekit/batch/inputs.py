@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
 from ..laws.status import Status
 from ..robot import state
+from ..robot.arrays import floats
 from ..scene import AppliedImpulse, Contact, Scene
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     # Numbers in place of the scene's: for all entries, or by the entries' names.
     Varied = ArrayLike | Mapping[str, ArrayLike]
 
-__all__ = ["BatchInputs", "batch_inputs", "floats"]
+__all__ = ["BatchInputs", "batch_inputs"]
 
 # Points farther from their frame than this [m] are taken for a mistake.
 FARTHEST = 1e6
@@ -183,7 +184,7 @@ def _not_too_fast(v: np.ndarray, codes: np.ndarray) -> np.ndarray:
 
 
 def _matrix(values: Any, width: int, what: str) -> np.ndarray:
-    array = floats(values, what)
+    array = floats(values, what, copied=False)
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise _misshapen(what, width, array, f"or ({width},) for all rows")
     return _rows_of(np.atleast_2d(array), what)
@@ -198,18 +199,6 @@ def _rows_of(array: np.ndarray, what: str) -> np.ndarray:
     if not len(array):
         raise _misshapen(what, array.shape[-1], array, "the batch is empty")
     return np.ascontiguousarray(array)
-
-
-def floats(values: Any, what: str) -> np.ndarray:
-    """An array of floats.
-
-    Raises:
-        NotFiniteError: what does not hold numbers.
-    """
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(f"{what} does not hold numbers", what=what, where=what) from None
 
 
 def _given(scene: Scene, impulses: Any) -> np.ndarray:
@@ -239,7 +228,7 @@ def _given(scene: Scene, impulses: Any) -> np.ndarray:
             raise UnknownNameError.among("impulse", str(name), names)
         what, where = f'impulses["{name}"]', columns[name]
         width = where.stop - where.start
-        array = floats(values, what)
+        array = floats(values, what, copied=False)
         is_blow = isinstance(scene.impulses[names.index(name)], AppliedImpulse)
         fits = array.ndim in (1, 2) and (
             array.shape[-1] == width or (is_blow and array.shape[-1] == 3)
@@ -288,7 +277,7 @@ def _factors(scene: Scene, masses: Any) -> tuple[tuple[str, ...], np.ndarray]:
     for name, values in masses.items():
         link_inertia(scene.robot, name)
         place = f'masses["{name}"]'
-        columns.append(_rows_of(floats(values, place).reshape(-1), place))
+        columns.append(_rows_of(floats(values, place, copied=False).reshape(-1), place))
     size = max((len(column) for column in columns), default=1)
     for name, column in zip(masses, columns, strict=True):
         if len(column) not in (1, size):
@@ -313,7 +302,9 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         for name, one in values.items():
             if name not in names:
                 raise UnknownNameError.among("contact", str(name), names)
-            array = _rows_of(floats(one, place := f'{what}["{name}"]').reshape(-1), place)
+            array = _rows_of(
+                floats(one, place := f'{what}["{name}"]', copied=False).reshape(-1), place
+            )
             if len(array) > 1 and len(base) == 1:
                 base = np.repeat(base, len(array), axis=0)
             elif len(array) not in (1, len(base)):
@@ -322,7 +313,7 @@ def _coefficients(scene: Scene, what: str, values: Any, count: int) -> np.ndarra
         if np.isnan(base).any():
             raise InputError(f"{what}: give all contacts theirs where one is more than a number")
         return base
-    table: Any = floats(values, what)
+    table: Any = floats(values, what, copied=False)
     if table.ndim == 0:
         table = np.full((1, count), float(table))
     elif table.ndim == 1 and count == 1:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, MissingExtraError, a_thing
+from ..robot.arrays import floats
 from ..scene import Scene
-from .inputs import floats
 from .meanwhile import by_kernels_only
 from .result import ImpactBatch
 
@@ -67,7 +67,7 @@ def solve_lazily(
     solve = dask.delayed(partial(_sent_rows, solve_batch), pure=False)
     begin = 0
     for size in chunks:
-        cut = {name: _cut(name, value, (begin, size, contacts)) for name, value in given.items()}
+        cut = {name: _cut(name, value, begin, size, contacts) for name, value in given.items()}
         answer = solve(packed, key, cut, tuple(outputs), number, threads)
         for name in outputs:
             shape = (size, *shape_of(scene, name))
@@ -127,6 +127,11 @@ def _chunks(given: Mapping[str, Any], contacts: int) -> tuple[int, ...]:
         for label, entry in value.items() if mapped else ((name, value),):
             array = _array(entry, label)
             if _varies(name, mapped, array, contacts):
+                if array.shape[0] != array.shape[0]:
+                    raise InputError(
+                        f"{label}: how many rows its chunks have is not known; call its "
+                        "compute_chunk_sizes() before"
+                    )
                 sizes[label] = int(array.shape[0])
                 if chunks is None and hasattr(array, "__dask_graph__"):
                     chunks = tuple(int(size) for size in array.chunks[0])
@@ -139,7 +144,7 @@ def _chunks(given: Mapping[str, Any], contacts: int) -> tuple[int, ...]:
 
 
 def _array(entry: Any, what: str) -> Any:
-    return entry if hasattr(entry, "ndim") else floats(entry, what)
+    return entry if hasattr(entry, "ndim") else floats(entry, what, copied=False)
 
 
 def _varies(name: str, mapped: bool, array: Any, contacts: int) -> bool:
@@ -149,17 +154,12 @@ def _varies(name: str, mapped: bool, array: Any, contacts: int) -> bool:
     return bool(array.ndim == 2 or (scalar and array.ndim == 1))
 
 
-def _cut(name: str, value: Any, what: tuple[int, int, int], mapped: bool = False) -> Any:
-    """The rows of a task; all of what does not vary.
-
-    Args:
-        what: the first row, their number, and how many contacts the scene has.
-    """
+def _cut(name: str, value: Any, begin: int, size: int, contacts: int, mapped: bool = False) -> Any:
+    """The rows of a task from ``begin``; all of what does not vary."""
     if value is None:
         return None
     if isinstance(value, Mapping):
-        return {key: _cut(name, one, what, True) for key, one in value.items()}
-    begin, size, contacts = what
+        return {key: _cut(name, one, begin, size, contacts, True) for key, one in value.items()}
     array = _array(value, name)
     varies = _varies(name, mapped, array, contacts) and array.shape[0] > 1
     return array[begin : begin + size] if varies else array

@@ -203,9 +203,8 @@ class ConstrainedJump:
             free[still] = eliminated.velocity_of_held(still, half_contacts, imposed)
             speeds = np.abs(v)
             sizes = np.abs(jacobian).dot(speeds), np.abs(rows).dot(speeds) + np.abs(imposed)
-            before, free = (
-                eliminated.rested(u, still, half_contacts, *sizes) for u in (before, free)
-            )
+            rounding = eliminated.rounding_of_held(still, half_contacts, *sizes)
+            before, free = (np.where(np.abs(u) <= rounding, 0.0, u) for u in (before, free))
         problem = contacts.problem(left, before, free, touches)
         solution = contacts.solve(problem, touches)
 

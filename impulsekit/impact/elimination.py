@@ -231,21 +231,19 @@ class Elimination:
         """
         return imposed.dot(self.shares(half_contacts[:, held])) if imposed.any() else 0.0
 
-    def rested(
+    def rounding_of_held(
         self,
-        velocity: np.ndarray,
         held: np.ndarray,
         half_contacts: np.ndarray,
         sizes: np.ndarray,
         of_bilateral: np.ndarray,
     ) -> np.ndarray:
-        """(3n,) velocities of contact rows; zero where rows are held and only rounding moves them.
+        """(3n,) velocities up to which rows that are held move by rounding alone; 0 for others.
 
         Nothing stops a contact that is held, so that the sign of its velocity decides whether
         the law has a solution.
 
         Args:
-            velocity: (3n,) of the contact rows.
             held: (3n,) from ``still_what_is_held``.
             half_contacts: (nv, 3n) the contact rows, half-solved.
             sizes: (3n,) of the terms that their velocities add up.
@@ -253,8 +251,7 @@ class Elimination:
         """
         sizes = sizes.copy()
         sizes[held] += np.abs(self.shares(half_contacts[:, held])).T.dot(of_bilateral)
-        rounding = np.abs(velocity) <= self._bar * _of_contacts(sizes)
-        return np.where(held & rounding, 0.0, velocity)
+        return np.where(held, self._bar * _of_contacts(sizes), 0.0)
 
     @property
     def _bar(self) -> float:

@@ -31,7 +31,7 @@ class Mpfr:
     def precision(self) -> AbstractContextManager[Any]:
         """Within it, this thread's numbers of gmpy2 have these digits; afterwards what they had."""
         gmpy2: Any = self._gmpy2
-        return gmpy2.local_context(gmpy2.get_context(), precision=self._bits)
+        return gmpy2.local_context(gmpy2.context(precision=self._bits))
 
     def mpf(self, value: Any) -> Any:
         """One number, rounded to the precision at hand."""

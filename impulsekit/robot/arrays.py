@@ -11,14 +11,17 @@ from ..errors import NotFiniteError, ShapeError, quoted
 __all__ = ["array_of", "floats", "lock", "read_only"]
 
 
-def floats(value: Any, what: str) -> np.ndarray:
+def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
     """A copy as floats, of any shape.
+
+    Args:
+        copied: False where it is only read: an array of floats is given back as it is.
 
     Raises:
         NotFiniteError: it does not hold numbers.
     """
     try:
-        return np.array(value, dtype=float)
+        return (np.array if copied else np.asarray)(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
             f"{what} must be numbers, got {quoted(value)}", what=what, where=what

@@ -8,6 +8,8 @@ from dataclasses import InitVar, dataclass
 from dataclasses import field as a_field
 from typing import Any, Literal
 
+import numpy as np
+
 from ..errors import InputError, RangeError
 from ..robot import Robot
 from .acting import Acting, InJoint
@@ -259,5 +261,5 @@ def _check_coefficients(entry: Contact | Collision, what: str) -> None:
 
 def check_stiffness(entry: Any, what: str) -> None:
     """Prove that the stiffness of a contact is a number above 0, infinity, or None."""
-    if not (isinstance(entry.stiffness, float) and entry.stiffness == math.inf):
+    if not (isinstance(entry.stiffness, float | np.floating) and entry.stiffness == math.inf):
         keep(entry, what, optional(positive), "stiffness")

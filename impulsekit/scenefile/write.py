@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import tomli_w
 
-from ..errors import InputError, a_thing, quoted
+from ..errors import InputError, a_thing, check_kind, quoted
 from ..files import write_file
 from ..robot import Robot
 from ..robot import state as states
@@ -64,8 +64,7 @@ def dump_scene(
         >>> print(text.splitlines()[1])
         example = "panda"
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"a scene file is written of a Scene, not {a_thing(scene)}")
+    check_kind(scene, Scene, "dump_scene")
     robot = scene.robot
     model = robot.model
     q = robot.neutral() if q is None else states.checked_configuration(model, q)

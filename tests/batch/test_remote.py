@@ -72,6 +72,13 @@ def test_what_is_no_client(scene, tmp_path):
     assert not (tmp_path / "rows").exists()
 
 
+def test_chunks_of_unknown_size(scene):
+    q, v = random_states(scene.robot, 10)
+    some = da.from_array(q)
+    with pytest.raises(ik.errors.InputError, match=r"q: how many rows .* compute_chunk_sizes"):
+        ik.solve_batch(scene, some[some[:, 2] > -9.0], v)
+
+
 def test_rows_that_do_not_agree(scene):
     q, v = random_states(scene.robot, 10)
     with pytest.raises(ik.errors.InputError, match="one number of rows"):

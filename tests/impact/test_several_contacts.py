@@ -6,8 +6,8 @@ import pytest
 import impulsekit as ik
 from impulsekit.bench.problems.feet import CORNERS, FEET, SOLES
 from impulsekit.impact.known import KnownImpulses
+from impulsekit.impact.planning import reached_by
 from impulsekit.impact.several_contacts import SeveralContactsJump, shortest_way
-from impulsekit.impact.solver import _reached
 from impulsekit.laws.struck import strike_at_once
 from impulsekit.laws.struck_in_turn import strike_in_turn
 
@@ -27,7 +27,7 @@ def _compiled():
 
 
 def way_of(scene):
-    reached = _reached(scene)
+    reached = reached_by(scene)
     return shortest_way(scene, KnownImpulses(scene, reached), reached, always_regular=True)
 
 

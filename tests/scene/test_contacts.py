@@ -31,6 +31,7 @@ def test_a_normal_is_kept_at_unit_length():
         ),
         (lambda: ik.Contact("a", restitution=-0.1), errors.RangeError, "0 to 1"),
         (lambda: ik.Contact("a", stiffness=np.array([])), errors.NotFiniteError, "a number"),
+        (lambda: ik.Contact("a", stiffness=-np.float32(np.inf)), errors.NotFiniteError, "finite"),
         (
             lambda: ik.Contact("a", friction=-1),
             errors.RangeError,
