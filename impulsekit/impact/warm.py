@@ -49,7 +49,7 @@ def _laws_of_contacts(scene: Scene) -> tuple[str, ...]:
         return _ALONG_THE_PATH + in_turn
     rubs = any(getattr(contact, "friction", 0.0) for contact in scene.contacts)
     together = len(scene.contacts) > 1 and scene.law.order == "simultaneous"
-    several: tuple[str, ...] = ("several", "struck") if together else ()
+    several: tuple[str, ...] = ("several", "groups", "at_once", "struck") if together else ()
     if any(map(turns, scene.contacts)):
         several = (*several, *_TURNING)
     if not rubs:
@@ -67,7 +67,18 @@ def compile_laws(scene: Scene) -> None:
 
 def compile_all_laws() -> None:
     """Compile the laws of all scenes."""
-    at_once = "several", "struck", *_TOGETHER, *_SMOOTH, *_RUBBING, *_FEW, *_MANY, *_TURNING
+    together = (
+        "several",
+        "groups",
+        "at_once",
+        "struck",
+        *_TOGETHER,
+        *_SMOOTH,
+        *_RUBBING,
+        *_FEW,
+        *_MANY,
+        *_TURNING,
+    )
     _compile(
         (
             "holding",
@@ -78,7 +89,7 @@ def compile_all_laws() -> None:
             *_AT_THE_END,
             "sequence",
             "struck_in_turn",
-            *at_once,
+            *together,
         )
     )
 

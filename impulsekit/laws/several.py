@@ -1,4 +1,4 @@
-"""Several contacts of one instant at once, friction looking at the end of the impact.
+"""Several contacts of one instant that act on each other, slip at the end of the impact.
 
 Newton's restitution asks for u_n⁺ ≥ −e u_n⁻; Poisson's is a compression with e = 0, then an
 expansion with P_n ≥ e P_n^c (Glocker & Pfeiffer 1995).
@@ -18,12 +18,12 @@ from .least_shares import share_if_redundant
 from .modes import DEPENDENT
 from .redundant import is_redundant
 from .single import newtons_shift
-from .status import BY_CODE, Status
-from .tolerances import GAIN, LEAST_RELEASE, NEGLIGIBLE
-from .words import AGAIN, NEWTON, NO, YES
+from .status import Status
+from .tolerances import GAIN, LEAST_RELEASE
+from .words import AGAIN, NO, YES
 from .workspace import Workspace, workspace
 
-__all__ = ["Care", "Struck", "hit_contacts", "newton", "poisson"]
+__all__ = ["Care", "newton", "poisson"]
 
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _NOT_UNIQUE, _NOT_CONVERGED = int(Status.NOT_UNIQUE), int(Status.NOT_CONVERGED)
@@ -42,71 +42,6 @@ class Care(NamedTuple):
     dependent: float
     spread: float
     regular: bool
-
-
-class Struck(NamedTuple):
-    """What several contacts did at once.
-
-    Attributes:
-        code: of its ``Status``; AGAIN where it is left to a slower way.
-        residual: how far it is from the law, relative.
-        impulse: (3n,) P [N s].
-        after: (3n,) u⁺ [m/s].
-        normal_work, friction_work: (n,) [J].
-        unique: (n,) whether no other contact could carry what this one carries.
-    """
-
-    code: int
-    residual: float
-    impulse: np.ndarray
-    after: np.ndarray
-    normal_work: np.ndarray
-    friction_work: np.ndarray
-    unique: np.ndarray
-
-    @property
-    def status(self) -> Status:
-        """How it is to be taken."""
-        return BY_CODE[self.code]
-
-
-# A named tuple made by compiled code would end the process where an interrupt meets it.
-PlainStruck = tuple[int, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-def _examples() -> tuple[object, ...]:
-    line, few = np.ones(6), np.ones(2)
-    return np.eye(6), line, line, few, few, few, NEWTON
-
-
-@entry(_examples, seconds=0.5)
-def hit_contacts(
-    W: np.ndarray,
-    before: np.ndarray,
-    free: np.ndarray,
-    mu: np.ndarray,
-    e: np.ndarray,
-    e_t: np.ndarray,
-    restitution: int,
-) -> PlainStruck:
-    """What all contacts do: the fields of a ``Struck``.
-
-    Args:
-        W: (3n, 3n) Delassus matrix [1/kg].
-        before, free: (3n,) u⁻ and u_free [m/s].
-        mu, e, e_t: (n,) friction, restitution, tangential restitution (0 but under Newton's).
-        restitution: NEWTON or POISSON.
-    """
-    n = len(mu)
-    work = workspace(n)
-    for i in range(n):
-        work.mu[i] = mu[i] if mu[i] > NEGLIGIBLE else 0.0
-    care = Care(DEPENDENT, 0.0, NO)
-    if restitution == NEWTON:
-        code, residual = newton(work, W, before, free, e, e_t, n, care)
-    else:
-        code, residual = poisson(work, W, free, e, n, care)
-    return code, residual, work.P, work.velocity, work.normal, work.friction, work.unique
 
 
 def _newton_examples() -> tuple[object, ...]:
@@ -129,7 +64,7 @@ def newton(
 
     Args:
         work: with µ; P, u⁺ (``velocity``) and the works are written.
-        W, before, free, e, e_t: as in ``hit_contacts``.
+        W, before, free, e, e_t: as in ``at_once.hit_contacts``.
         n: how many contacts.
         care: what is left.
     """

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .at_once import hit_contacts
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .half import delassus_of, factor_of, halve, solve_mass
 from .rank_tolerances import FAINT_ROW
-from .several import hit_contacts
 from .sharpening import sharpen
 from .status import Status
 from .tolerances import ROUNDING, ROUNDING_OF_SUMS

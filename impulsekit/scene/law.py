@@ -44,7 +44,8 @@ class Law:
               of contacts.
             - "path": at every instant. dP_t = −µ s dP_n, with s the direction of slip
               at that instant; slip may turn, stop, stay stopped or start again (Routh
-              1860; Keller 1986). One frictional contact at a time.
+              1860; Keller 1986). One frictional contact at a time of those that act on
+              each other.
         order: of several contacts at one instant.
 
             - "simultaneous": all at once.

@@ -252,7 +252,7 @@ def test_bad_input_is_one_clear_error():
     with pytest.raises(ik.errors.InputError, match="act at once"):
         ik.Law("lzb", order="sequential")
     with pytest.raises(ik.errors.InputError, match="infinite stiffness"):
-        along_normals(np.eye(2), np.eye(2), -np.ones(2), [1.0, np.inf])
+        along_normals(np.eye(2) + 0.1, np.eye(2), -np.ones(2), [1.0, np.inf])
     floor = ik.Contact("ball", stiffness=1.0, friction=0.1, tangential_restitution=0.5)
     with pytest.raises(ik.errors.InputError, match="tangential restitution"):
         ik.Scene(ball, contacts=[floor], law=LZB)

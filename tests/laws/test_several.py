@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from impulsekit.laws.several import Struck, hit_contacts
+from impulsekit.laws.at_once import Struck, hit_contacts
 from impulsekit.laws.status import Status
 from impulsekit.laws.words import AGAIN, NEWTON, POISSON
 from tests.lawful import enumerated_normals, left_of_coulomb
@@ -105,7 +105,7 @@ def test_rounding_of_dependent_rows_does_not_choose_between_two_answers():
     J[0, [0, 1, 3]] = -0.625, 0.281, 3.397
     J[1, [0, 1, 3, 4]] = -0.127, 0.811, 0.268, 2.579
     J[2, [0, 1, 3, 4, 5]] = 0.934, -1.333, -0.263, -0.906, 2.052
-    J[5, 2] = -13.939
+    J[5, [2, 5]] = -13.939, 1.0
     J[6:, :2] = (16.809, 0.0), (-4.65, 4.857), (6.413, -3.411)
     free = np.array([-0.005, 1.239, 1.89, 0.0, 0.0, -0.236, *(J[6:, :2] @ (0.0409, -0.0861))])
     mu, e = np.array([1.5, 0.0, 1.5]), np.array([1.0, 1.0, 0.0])

@@ -54,4 +54,4 @@ def _law_of_lanes(words: tuple[int, int, int], is_held: bool) -> Callable[..., N
         from .path_law import memory, solved
     else:
         from .law import memory, solved
-    return lanes_under(memory, solved, is_held)
+    return lanes_under(memory, solved, is_held, order == SEQUENTIAL)

@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.gaps import before_limit, is_closed
+from ...laws.groups import few_of, find_groups, line_of, members_of, square_of, worse
 from ...laws.rank_tolerances import WITH_FEW_DIGITS
 from ...laws.status import Status
 from ...laws.tolerances import NEGLIGIBLE
-from ..codes import AGAIN
+from ..codes import AGAIN, OPEN
 from .held import bear, half_solve, hold
 from .jit import built_in, uncounted
 from .layout import CONTACT_FLOATS, CONTACT_INTS, FAINTEST
@@ -43,6 +44,7 @@ class Room(NamedTuple):
         row_of: the contacts, then the bilateral rows in their order, how many of these are not
             null, and their rank.
         few: how many contacts and rows ``row_of`` has before the bilateral ones.
+        group, queue, chosen: (contacts,) for ``laws.groups``.
     """
 
     W: np.ndarray
@@ -63,9 +65,12 @@ class Room(NamedTuple):
     scale_of: np.ndarray
     row_of: np.ndarray
     few: int
+    group: np.ndarray
+    queue: np.ndarray
+    chosen: np.ndarray
 
 
-def lanes_under(memory, solved, is_held):
+def lanes_under(memory, solved, is_held, in_turn):
     """The function that ``solve_blocks`` is handed: a law on every lane of a block.
 
     Args:
@@ -73,7 +78,10 @@ def lanes_under(memory, solved, is_held):
         solved: the code, with P of the contacts that touch, of whom there is one at least, in
             ``space``, by their number, ``given.Posed``, digits, ``space`` and the memory.
         is_held: whether there are bilateral rows; where not, nothing of them is compiled.
+        in_turn: whether contacts act one after the other; at once each group of contacts that
+            ``laws.groups`` finds is solved by itself.
     """
+    solve = solved if in_turn else _by_groups(solved)
     pose, put_back = _posing(is_held), _putting(is_held)
 
     def lanes_of_law(posed, lanes):
@@ -84,7 +92,7 @@ def lanes_under(memory, solved, is_held):
         for lane in range(lanes.w):
             count = pose(lane, posed, lanes, space)
             if count > 0:
-                code[lane] = solved(count, posed, lanes.digits, space, own)
+                code[lane] = solve(count, posed, lanes.digits, space, own)
             put_back(lane, count, posed, lanes, space)
 
     return lanes_of_law
@@ -94,6 +102,57 @@ def lanes_under(memory, solved, is_held):
 def problem_in(space):
     """W (3n, 3n), u⁻, u_free (3n,), µ, e, e_t (n,), and P (3n,), which the law writes."""
     return space.W, space.before, space.free, space.mu, space.e, space.e_t, space.P
+
+
+def _by_groups(solved):
+    """``solved`` for each group of contacts by itself."""
+
+    @built_in
+    def solve(count, posed, digits, space, own):
+        group, chosen = space.group, space.chosen
+        if count < 2 or find_groups(space.W, space.mu, count, group, space.queue) == 1:
+            return solved(count, posed, digits, space, own)
+        code, number = np.int64(_SOLVED), np.int64(0)
+        some = members_of(group, count, number, chosen)
+        while some > 0:
+            part = _part_of(space, chosen, some)
+            code = _joined(code, solved(some, posed, digits, part, own))
+            if code == AGAIN:
+                return code
+            for k in range(some):
+                for j in range(3):
+                    space.P[3 * chosen[k] + j] = part.P[3 * k + j]
+            number += 1
+            some = members_of(group, count, number, chosen)
+        return code
+
+    return solve
+
+
+@built_in
+def _part_of(space, chosen, count):
+    """The problem of the first ``count`` chosen contacts, in a room of its own."""
+    few = np.empty(count, np.int64)
+    for k in range(count):
+        few[k] = space.row_of[chosen[k]]
+    # Bilateral rows are eliminated by now.
+    none, nothing = np.empty((0, 0)), np.empty(0)
+    return Room(
+        square_of(space.W, chosen, count), none, none, none, none, none,
+        line_of(space.before, chosen, count), line_of(space.free, chosen, count),
+        np.zeros(3 * count),
+        few_of(space.mu, chosen, count), few_of(space.e, chosen, count),
+        few_of(space.e_t, chosen, count), few_of(space.sign, chosen, count),
+        nothing, nothing, nothing, few, count, few, few, few,
+    )  # fmt: skip
+
+
+@built_in
+def _joined(code, other):
+    """The worse of two codes, with the worse of what is open of them."""
+    if code == AGAIN or other == AGAIN:
+        return np.int64(AGAIN)
+    return max(code // OPEN, other // OPEN) * OPEN + worse(code % OPEN, other % OPEN)
 
 
 @built_in
@@ -109,6 +168,7 @@ def _room(rows, contacts, held, nv):
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(size), np.zeros(size), np.zeros(size),
         np.zeros(few + rows + 2, dtype=np.int64), few,
+        np.zeros(few, np.int64), np.zeros(few, np.int64), np.zeros(few, np.int64),
     )  # fmt: skip
 
 

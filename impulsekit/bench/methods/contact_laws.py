@@ -15,8 +15,8 @@ import pinocchio as pin
 from ...impact.factor import SparseFactor
 from ...impact.known import KnownImpulses
 from ...laws.approach import sweep
+from ...laws.at_once import hit_contacts
 from ...laws.compiled import entry
-from ...laws.several import hit_contacts
 from ...laws.words import NEWTON
 from ...laws.workspace import workspace
 from ...rows.constraints import needs_places

@@ -26,12 +26,14 @@ from ...laws.uniqueness import NEAR, is_searched
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
 from ...tolerances import NONZERO
+from .groups import groups_of, solution_of_contacts
 from .problem import ContactProblem, ContactSolution, arrays_of, in_order, rows_of_contacts
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
 PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
 CLOSED_FORM = "one contact, solved in closed form"
+OF_GROUPS = "contacts that do not act on each other, each solved in closed form"
 
 RULE = (
     "the one reached from sticking: all contacts are held still first, and what cannot hold is "
@@ -114,6 +116,10 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(PROVEN, "nothing moves")
     if n == 1 and _is_closed_form(problem, solution):
         return Finding(PROVEN, CLOSED_FORM)
+    if n > 1:
+        groups = groups_of(problem)
+        if len(groups) > 1:
+            return _of_groups(problem, law, solution, groups)
     newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
     slips = newton or not problem.restitution.any()
@@ -131,6 +137,34 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(SEVERAL, reason, search.others, RULE_OF_PARTING, settled=True)
     reason = f"{len(search.others) + 1} v⁺ obey the law and gain no energy"
     return Finding(SEVERAL, reason, search.others, RULE)
+
+
+def _of_groups(
+    problem: ContactProblem, law: Law, solution: ContactSolution, groups: list[np.ndarray]
+) -> Finding:
+    """What is known of contacts that act on each other in groups: of each without the others."""
+    findings: list[Finding] = []
+    impulses: list[np.ndarray] = []
+    for members in groups:
+        own = solution_of_contacts(solution, members)
+        found = find_others(problem.of_contacts(members), law, own)
+        findings.append(found)
+        for impulse in found.impulses:
+            P = solution.impulse.copy()
+            P[rows_of_contacts(members)] = impulse
+            P.setflags(write=False)
+            impulses.append(P)
+    for verdict in (SEVERAL, NOT_PROVEN, PROVEN):
+        told = [found for found in findings if found.verdict is verdict]
+        if told:
+            break
+    reasons, rules = (
+        "; ".join(dict.fromkeys(texts))
+        for texts in ([found.reason for found in told], [found.rule for found in told])
+    )
+    settled = verdict is SEVERAL and all(found.settled for found in told)
+    reason = OF_GROUPS if reasons == CLOSED_FORM else reasons
+    return Finding(verdict, reason, tuple(impulses), rules, settled)
 
 
 def _of_unloaded(

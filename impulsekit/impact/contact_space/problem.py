@@ -70,6 +70,7 @@ class ContactProblem:
         turning: contacts that resist rolling and spin; None where none does. After the rows of
             all contacts then come three for each of them, of the relative angular velocity
             across the normal and about it [rad/s]; W and the velocities are of 3 (n + k) rows.
+        numbers: (n,) what each contact is called in messages; None for its place.
     """
 
     delassus: np.ndarray
@@ -81,6 +82,11 @@ class ContactProblem:
     stiffness: np.ndarray | None = None
     adhesion: np.ndarray | None = None
     turning: Turning | None = None
+    numbers: np.ndarray | None = None
+
+    def number_of(self, contact: int) -> int:
+        """What the contact at this place is called in messages."""
+        return contact if self.numbers is None else int(self.numbers[contact])
 
     def newtons_shift(self) -> np.ndarray:
         """What Newton's law adds to u⁺ [m/s]: e_t u_t⁻ and e min(u_n⁻, 0); no row of turning."""
@@ -107,6 +113,8 @@ class ContactProblem:
             self.restitution[chosen],
             self.friction[chosen],
             self.tangential_restitution[chosen],
+            None if self.stiffness is None else self.stiffness[chosen],
+            numbers=np.array([self.number_of(i) for i in chosen.tolist()]),
         )
 
     def fastest(self, after: np.ndarray) -> float:

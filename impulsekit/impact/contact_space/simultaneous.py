@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...laws.several import Struck, hit_contacts
+from ...laws.at_once import Struck, hit_contacts
 from ...laws.status import Status
 from ...laws.words import NEWTON, POISSON
 from ...scene.law import Law
@@ -38,6 +38,11 @@ def solve_simultaneous(problem: ContactProblem, law: Law) -> ContactSolution:
         hit.friction_work,
     )
     if hit.status is Status.ENERGY_GAIN and len(problem.friction) > 1 and problem.friction.any():
+        from .groups import groups_of, solve_by_groups
+
+        groups = groups_of(problem)
+        if len(groups) > 1:
+            return solve_by_groups(problem, groups, lambda part: solve_simultaneous(part, law))
         from .quiet import without_gain
 
         return without_gain(problem, solution, newton=newton)

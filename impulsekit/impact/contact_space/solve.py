@@ -28,7 +28,7 @@ def solve_contacts(problem: ContactProblem, law: Law) -> ContactSolution:
 
     Raises:
         InputError: law and coefficients cannot go together, or several frictional
-            contacts act at once under slip="path".
+            contacts that act on each other act at once under slip="path".
         ShapeError, NotFiniteError, RangeError: what is wrong with the problem.
 
     Example:
@@ -68,17 +68,34 @@ def find_impulses(problem: ContactProblem, law: Law) -> ContactSolution:
         from .sequential import solve_sequential
 
         return solve_sequential(problem, law)
-    if law.restitution == "lzb":
-        from .by_energy import solve_by_energy
-
-        return solve_by_energy(problem, law)
     if law.slip == "path":
-        from .alone import solve_alone
-
-        return solve_alone(problem, law)
+        return _along_the_path(problem, law)
     from .simultaneous import solve_simultaneous
 
     return solve_simultaneous(problem, law)
+
+
+def _along_the_path(problem: ContactProblem, law: Law) -> ContactSolution:
+    """Impacts that are followed, each group of contacts by itself."""
+    if law.restitution == "lzb":
+        from .by_energy import check_stiffness, solve_by_energy
+
+        check_stiffness(problem, law)
+        solve = solve_by_energy
+    else:
+        from .alone import solve_alone
+
+        solve = solve_alone
+    from .groups import groups_of, solve_by_groups
+
+    groups = groups_of(problem)
+    if len(groups) == 1:
+        return solve(problem, law)
+    return solve_by_groups(
+        problem,
+        groups,
+        lambda part: _one(part, law) if len(part.friction) == 1 else solve(part, law),
+    )
 
 
 def _turning(problem: ContactProblem, law: Law) -> ContactSolution:

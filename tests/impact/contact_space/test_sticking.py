@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from impulsekit.laws import frictional, several
+from impulsekit.laws import at_once, frictional, several
 from impulsekit.laws.status import Status
 from impulsekit.laws.sticking import held_still
 
@@ -55,8 +55,8 @@ def test_what_sticks_and_what_rocks_needs_no_iterations(monkeypatch):
         raise AssertionError("the search was called")
 
     monkeypatch.setattr(frictional, "search_slipping", never)
-    monkeypatch.setattr(several.hit_contacts, "_code", several.hit_contacts.py_func)
-    monkeypatch.setattr(several, "newton", several.newton.py_func)
+    monkeypatch.setattr(at_once.hit_contacts, "_code", at_once.hit_contacts.py_func)
+    monkeypatch.setattr(at_once, "newton", several.newton.py_func)
     monkeypatch.setattr(several, "frictional", frictional.frictional.py_func)
     J, inverse = box(half=(0.1, 0.2, 0.3))
     W = J @ inverse @ J.T
@@ -69,9 +69,11 @@ def test_what_sticks_and_what_rocks_needs_no_iterations(monkeypatch):
     assert rocks.status is Status.NOT_UNIQUE
     leaving = rocks.velocity_after[2::3] > 0.1
     assert leaving.sum() == 2 and not rocks.impulse.reshape(4, 3)[leaving].any()
+    # Two points of one ball beside each other: what one does moves the other a little.
     two = np.kron(np.eye(2), sphere())
+    two[2, 5] = two[5, 2] = 1e-9
     slides = solved(two, [3.0, 4.0, -1.0, 0.1, 0.0, -1.0], 0.0, 0.3)
-    np.testing.assert_allclose(slides.impulse[:3], [-0.18, -0.24, 1.0], rtol=1e-14)
+    np.testing.assert_allclose(slides.impulse[:3], [-0.18, -0.24, 1.0], rtol=1e-8)
     assert slides.residual <= 1e-15
 
 
