@@ -125,10 +125,8 @@ def test_rows_that_nearly_depend_leave_no_slip_of_rounding(seed, twice):
     tilt, turn = rng.uniform(0.4, 0.9), rng.uniform(-np.pi, np.pi)
     c, s, mu, e = np.cos(tilt), np.sin(tilt), 0.2, 0.7
     normal = (s * np.cos(turn), s * np.sin(turn), c)
-    contacts = [
-        ik.Contact(f, normal=normal, friction=mu, restitution=e)
-        for f in ("link_2", "link_2" if twice else "link_1")
-    ]
+    touching = ("link_2", "link_2" if twice else "link_1")
+    contacts = [ik.Contact(f, normal=normal, friction=mu, restitution=e) for f in touching]
     scene = ik.Scene(robot, constraints=rows, contacts=contacts, law=ik.Law("poisson"))
     v = np.append(rng.normal(size=2), -1.0)
     impact = ik.solve(scene, robot.neutral(), v)
