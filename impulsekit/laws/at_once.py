@@ -12,6 +12,7 @@ import numpy as np
 from .approach import block_at
 from .borrowed import borrowed, borrowing
 from .compiled import entry
+from .confirmed import confirmed
 from .groups import few_of, find_groups, line_of, members_of, square_of, worse
 from .modes import DEPENDENT
 from .several import Care, newton, poisson
@@ -24,6 +25,7 @@ from .workspace import Workspace, workspace
 __all__ = ["Struck", "hit_contacts"]
 
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
+_MANY = int(Status.MANY_SOLUTIONS)
 
 
 class Struck(NamedTuple):
@@ -168,6 +170,8 @@ def _alone(
     impulse, after, code, residual, normal, friction = hit_contact(
         block_at(W, t), u, start, e[i], work.mu[i], e_t[i], restitution
     )
+    if code == _MANY:
+        code = confirmed(block_at(W, t), u, start, e[i], work.mu[i], e_t[i], restitution, impulse)
     work.P[t], work.P[s], work.P[n] = impulse
     work.velocity[t], work.velocity[s], work.velocity[n] = after
     work.normal[i], work.friction[i] = normal, friction

@@ -23,6 +23,9 @@ __all__ = [
     "is_jammed",
     "released",
     "residual_of",
+    "sliding_impulse",
+    "slips",
+    "sticking_impulse",
     "stopping",
 ]
 
@@ -69,15 +72,15 @@ def coulomb(
         return _NOTHING, _NONE
     if mu == 0.0:
         return (0.0, 0.0, -bn / nn), _SOLVED
-    stick, sticks, determined = _stick(block, b1, b2, bn, mu, scale)
+    stick, sticks, determined = sticking_impulse(block, b1, b2, bn, mu, scale)
     if sticks and not determined:
         # What slides with velocities that vanish is one more split of what sticks.
         count, one, two, three, four = slides(block, b1, b2, bn, mu)
         if (
-            (count > 0 and _slips(block, b1, b2, _sliding(block, bn, mu, one), scale))
-            or (count > 1 and _slips(block, b1, b2, _sliding(block, bn, mu, two), scale))
-            or (count > 2 and _slips(block, b1, b2, _sliding(block, bn, mu, three), scale))
-            or (count > 3 and _slips(block, b1, b2, _sliding(block, bn, mu, four), scale))
+            (count > 0 and slips(block, b1, b2, sliding_impulse(block, bn, mu, one), scale))
+            or (count > 1 and slips(block, b1, b2, sliding_impulse(block, bn, mu, two), scale))
+            or (count > 2 and slips(block, b1, b2, sliding_impulse(block, bn, mu, three), scale))
+            or (count > 3 and slips(block, b1, b2, sliding_impulse(block, bn, mu, four), scale))
         ):
             return stick, _MANY
         return stick, _NOT_UNIQUE
@@ -87,20 +90,20 @@ def coulomb(
     count, one, two, three, four = slides(block, b1, b2, bn, mu)
     if count == 0:
         return (stick, code) if sticks else (_NOTHING, _NONE)
-    first = _sliding(block, bn, mu, one)
+    first = sliding_impulse(block, bn, mu, one)
     chosen = stick if sticks else first
     if (
         _apart(first, chosen)
-        or (count > 1 and _apart(_sliding(block, bn, mu, two), chosen))
-        or (count > 2 and _apart(_sliding(block, bn, mu, three), chosen))
-        or (count > 3 and _apart(_sliding(block, bn, mu, four), chosen))
+        or (count > 1 and _apart(sliding_impulse(block, bn, mu, two), chosen))
+        or (count > 2 and _apart(sliding_impulse(block, bn, mu, three), chosen))
+        or (count > 3 and _apart(sliding_impulse(block, bn, mu, four), chosen))
     ):
         return chosen, _MANY
     return chosen, code
 
 
 @borrowing
-def _slips(block: Block, b1: float, b2: float, impulse: Triple, scale: float) -> bool:
+def slips(block: Block, b1: float, b2: float, impulse: Triple, scale: float) -> bool:
     """Whether an impulse leaves slip."""
     t11, t12, t22, n1, n2, _ = block
     p1, p2, pn = impulse
@@ -118,13 +121,13 @@ def coulomb_impulse(
         return 0.0, 0.0, 0.0
     if mu == 0.0:
         return 0.0, 0.0, -bn / nn
-    stick, sticks, _ = _stick(block, b1, b2, bn, mu, scale)
+    stick, sticks, _ = sticking_impulse(block, b1, b2, bn, mu, scale)
     if sticks:
         return stick
     count, one, _, _, _ = slides(block, b1, b2, bn, mu)
     if count == 0:
         return 0.0, 0.0, 0.0
-    return _sliding(block, bn, mu, one)
+    return sliding_impulse(block, bn, mu, one)
 
 
 @borrowing
@@ -142,7 +145,7 @@ def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: f
     _, _, _, n1, n2, nn = block
     if not 0.0 < nn < mu * math.sqrt(n1 * n1 + n2 * n2):
         return False
-    _, sticks, determined = _stick(block, b1, b2, bn, mu, scale)
+    _, sticks, determined = sticking_impulse(block, b1, b2, bn, mu, scale)
     # Of loads that may be shared in many ways some press, whichever is looked at.
     return sticks or not determined or slides(block, b1, b2, bn, mu)[0] > 0
 
@@ -158,7 +161,7 @@ def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> 
             return (p1, p2, floor), _SOLVED
         if abs(b[2]) <= NO_SLIP * scale:
             # Slip loads a contact that neither parts nor approaches by nothing: it sticks.
-            stick, sticks, determined = _stick(block, b[0], b[1], 0.0, mu, scale)
+            stick, sticks, determined = sticking_impulse(block, b[0], b[1], 0.0, mu, scale)
             if not sticks or not stick[2] > floor:
                 return _NOTHING, _NONE
             return stick, _SOLVED if determined else _NOT_UNIQUE
@@ -238,7 +241,7 @@ def residual_of(
 
 
 @borrowing
-def _stick(
+def sticking_impulse(
     block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
 ) -> tuple[Triple, bool, bool]:
     """P with W P = −b; whether friction holds it, and whether it is one."""
@@ -346,7 +349,7 @@ def _stick_in_a_line(
 
 
 @borrowing
-def _sliding(block: Block, bn: float, mu: float, s: Pair) -> Triple:
+def sliding_impulse(block: Block, bn: float, mu: float, s: Pair) -> Triple:
     """P = P_n (−µ s, 1) with ξ_n = 0."""
     pn = -bn / (block[5] - mu * (block[3] * s[0] + block[4] * s[1]))
     return -mu * s[0] * pn, -mu * s[1] * pn, pn

@@ -6,7 +6,7 @@ import numpy as np
 
 from .borrowed import borrowing
 from .compiled import compiled, entry
-from .coupling import SURE, friction_is_weak
+from .coupling import friction_is_weak
 from .even_shares import can_shift, share_evenly
 from .found import SAME
 from .frictional import frictional
@@ -22,7 +22,7 @@ from .words import NEWTON, YES
 from .workspace import Workspace, workspace
 
 __all__ = [
-    "ALL_TRIED", "MOST_ANSWERS", "SEARCHED", "SMOOTH", "SURE", "TOO_MANY", "WEAK", "find_answers",
+    "ALL_TRIED", "MOST_ANSWERS", "SEARCHED", "SMOOTH", "TOO_MANY", "WEAK", "find_answers",
 ]  # fmt: skip
 
 # What is known of the answers: nothing rubs, friction is too weak to leave a choice, and all modes
@@ -103,6 +103,9 @@ def find_answers(
         own, b, own_mu, np.zeros(n), scale, reach, found[:MOST_FOUND], outside
     )
     how = ALL_TRIED if tried == TRIED_ALL else SEARCHED
+    if n == 1 and not releases:
+        # Which share of its load holds it still matters to what is given back alone.
+        how = ALL_TRIED
     work = workspace(n)
     for r in range(3 * n):
         work.b[r] = b[r]
@@ -238,7 +241,7 @@ def _expansions(
     total = int(np.int64(0))
     for one in range(count):
         first = firsts[one]
-        if how == ALL_TRIED:
+        if how == ALL_TRIED or n == 1:
             b, floor = _after_compression(work, e, n, first)
             _, many, _ = search_modes(work.W, b, work.mu, floor, scale, NEAR, backs, backs[:0])
         else:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .answers_of_one import answers_of_one
 from .compiled import compiled, entry
 from .found import SAME
 from .plane_modes import plane_modes, plane_of
@@ -91,7 +92,8 @@ def search_modes(
         b: (3n,) likewise [m/s].
         mu, floor: (n,) friction, and the least normal impulses [N s].
         scale: the size of the velocities [m/s].
-        reach: NEAR, PLANE (only where all modes can be tried), FAR or AT_LAST.
+        reach: NEAR, PLANE (only where all modes can be tried), FAR or AT_LAST; of one contact
+            all are known.
         found: (most, 3n), written: P of the solutions [N s].
         outside: (any number, 3n), written: P of those outside [N s].
     """
@@ -99,6 +101,9 @@ def search_modes(
     direction = np.empty((n, 2))
     if n <= MOST_IN_PLANE and plane_of(W, b, mu, scale, direction):
         return TRIED_ALL, _search_plane(W, b, mu, floor, scale, direction, found), 0
+    if n == 1 and mu[0] > 0.0:
+        count, all_of_them = answers_of_one(W, b, mu[0], floor[0], scale, found)
+        return (TRIED_ALL if all_of_them else TRIED_SOME), count, 0
     if reach == PLANE or not is_searched(mu, reach) or floor.max() > 0.0:
         return NOTHING_TRIED, 0, 0
     count, beyond = space_modes(W, b, mu, scale, found, outside)

@@ -16,7 +16,7 @@ from ..codes import AGAIN
 from .jit import built_in
 from .left import LEFT, care_for, is_left
 from .problem import problem_in
-from .uniqueness import judge_others
+from .uniqueness import judge_lone, judge_others
 
 __all__ = ["memory", "solved"]
 
@@ -26,7 +26,7 @@ ROUGH = 2.0 * FINE
 # Of many contacts no less than the rounding of W P, a sum of so many terms, is asked for.
 ROUNDED = 0.5 * EPS
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
-_GAIN = int(Status.ENERGY_GAIN)
+_GAIN, _MANY = int(Status.ENERGY_GAIN), int(Status.MANY_SOLUTIONS)
 
 
 @built_in
@@ -57,6 +57,8 @@ def _one_touches(
     hit = Hit(impulse, after, code, residual, normal, friction)
     if is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
         code = AGAIN
+    elif code in (_NOT_UNIQUE, _MANY):
+        code = judge_lone(block, before, free, e, mu, e_t, restitution, impulse, code)
     return code, impulse[0], impulse[1], impulse[2]
 
 
@@ -93,4 +95,6 @@ def solved(count, posed, digits, space, work):
         P[k] = work.P[k]
     if smooth or code not in (_SOLVED, _NOT_UNIQUE):
         return code
-    return judge_others(code, W, before, free, work.velocity, mus, es, ets, count, P, restitution)
+    return judge_others(
+        code, W, before, free, work.velocity, mus, es, ets, count, P, restitution, work.unique
+    )

@@ -9,11 +9,13 @@ from ...laws.words import NEWTON
 from ..codes import AGAIN
 from .jit import built_in
 from .left import is_faint, is_left
+from .uniqueness import judge_lone
 
 __all__ = ["solve_alone"]
 
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _NONE = int(Status.NO_SOLUTION)
+_NOT_UNIQUE, _MANY = int(Status.NOT_UNIQUE), int(Status.MANY_SOLUTIONS)
 
 
 @built_in
@@ -65,4 +67,8 @@ def solve_alone(rows, contact, places, work, w, lane, digits):
     hit = strike_at_end(block, u, start, e, mu, e_t, NEWTON)
     work[n - 2 * w], work[n - w], work[n] = hit.impulse
     left = is_left(block, u, start, e, mu, e_t, NEWTON, hit, digits)
-    return AGAIN if left else hit.code
+    if left:
+        return AGAIN
+    if hit.code in (_NOT_UNIQUE, _MANY):
+        return judge_lone(block, u, start, e, mu, e_t, NEWTON, hit.impulse, hit.code)
+    return hit.code

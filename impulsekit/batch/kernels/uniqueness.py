@@ -1,22 +1,26 @@
-"""Whether other velocities obey the law at several contacts, as ``solve`` finds out."""
+"""Whether other velocities obey the law of contact, as ``solve`` finds out."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ...laws.compiled import entry
+from ...laws.confirmed import confirmed
 from ...laws.others import ALL_TRIED, MOST_ANSWERS, SMOOTH, WEAK, find_answers
+from ...laws.progress import Block, Triple
 from ...laws.status import Status
 from ...laws.uniqueness import NEAR
+from ...laws.words import NEWTON
 from ..codes import OPEN, SHARED
-from .jit import built_in
+from .jit import built_in, uncounted
 
-__all__ = ["judge_others"]
+__all__ = ["judge_lone", "judge_others"]
 
 _MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
 
 
 @built_in
-def judge_others(code, W, before, free, after, mus, es, ets, count, P, restitution):
+def judge_others(code, W, before, free, after, mus, es, ets, count, P, restitution, unique):
     """The code of an answer: MANY_SOLUTIONS, or what is open of it added.
 
     Args:
@@ -27,6 +31,7 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
         count: n.
         P: (3n,) of the answer [N s].
         restitution: NEWTON or POISSON.
+        unique: (n,) whether no other contact could carry what this one carries.
     """
     size = 3 * count
     scale = 0.0
@@ -45,6 +50,54 @@ def judge_others(code, W, before, free, after, mus, es, ets, count, P, restituti
         return code + SHARED
     if others > 0:
         return _MANY
-    if how in (SMOOTH, WEAK) or (how == ALL_TRIED and known > 0):
+    if how in (SMOOTH, WEAK):
+        gives = code == _NOT_UNIQUE and restitution != NEWTON
+        return code + OPEN if gives and _gives_back_shares(mus, es, unique, count) else code
+    return code if how == ALL_TRIED and known > 0 else code + OPEN
+
+
+@uncounted
+def _gives_back_shares(mus, es, unique, count):
+    """Whether Poisson's v⁺ may depend on how redundant contacts share their load."""
+    least, most, rubs = 1.0, 0.0, False
+    for i in range(count):
+        if not unique[i]:
+            least, most, rubs = min(least, es[i]), max(most, es[i]), rubs or mus[i] > 0.0
+    return most > 0.0 and (rubs or most > least)
+
+
+def _examples() -> tuple[object, ...]:
+    return (1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON, (1.0,) * 3, 0
+
+
+@entry(_examples, seconds=1.0, apart=True)
+def judge_lone(
+    block: Block,
+    before: Triple,
+    free: Triple,
+    e: float,
+    mu: float,
+    e_t: float,
+    restitution: int,
+    impulse: Triple,
+    code: int,
+) -> int:
+    """The same for one contact, whose closed form tells most: ``single.hit_contact``.
+
+    Args:
+        block, before, free, e, mu, e_t, restitution: its arguments.
+        impulse, code: its answer, P [N s].
+    """
+    if code == _MANY:
+        code = confirmed(block, before, free, e, mu, e_t, restitution, impulse)
+    if code != _NOT_UNIQUE or mu == 0.0:
         return code
-    return code + OPEN
+    t11, t12, t22, n1, n2, nn = block
+    W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
+    first, start, P = np.array(before), np.array(free), np.array(impulse)
+    after = start + np.dot(W, P)
+    none = np.zeros(1, np.bool_)
+    return judge_others(
+        code, W, first, start, after, np.array([mu]), np.array([e]), np.array([e_t]), 1, P,
+        restitution, none,
+    )  # fmt: skip

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from ...laws.coulomb import can_press
 from ...laws.found import SAME
 from ...laws.modes import DEPENDENT
 from ...laws.others import (
@@ -15,7 +15,6 @@ from ...laws.others import (
     MOST_ANSWERS,
     SEARCHED,
     SMOOTH,
-    SURE,
     TOO_MANY,
     WEAK,
     find_answers,
@@ -28,12 +27,15 @@ from ...scene.law import Law
 from ...tolerances import NONZERO
 from .groups import groups_of, solution_of_contacts
 from .problem import ContactProblem, ContactSolution, arrays_of, in_order, rows_of_contacts
+from .single import block_of
 
 __all__ = ["NOT_PROVEN", "PROVEN", "SEVERAL", "Finding", "find_others", "told_if_several"]
 
 PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
 CLOSED_FORM = "one contact, solved in closed form"
 OF_GROUPS = "contacts that do not act on each other, each solved in closed form"
+
+ALL_MODES = "all modes of the contacts in the plane were tried"
 
 RULE = (
     "the one reached from sticking: all contacts are held still first, and what cannot hold is "
@@ -114,13 +116,13 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     scale = problem.fastest(solution.velocity_after)
     if not scale:
         return Finding(PROVEN, "nothing moves")
-    if n == 1 and _is_closed_form(problem, solution):
+    newton = law.restitution == "newton"
+    if n == 1 and _is_closed_form(problem, solution, newton=newton):
         return Finding(PROVEN, CLOSED_FORM)
     if n > 1:
         groups = groups_of(problem)
         if len(groups) > 1:
             return _of_groups(problem, law, solution, groups)
-    newton = law.restitution == "newton"
     search = _search(problem, solution.impulse, scale, newton=newton)
     slips = newton or not problem.restitution.any()
     if search.split and slips and (search.others or solution.unique is not None):
@@ -215,15 +217,17 @@ def _of_hits(solution: ContactSolution, reason: str) -> Finding:
     return Finding(PROVEN, reason)
 
 
-def _is_closed_form(problem: ContactProblem, solution: ContactSolution) -> bool:
+def _is_closed_form(problem: ContactProblem, solution: ContactSolution, *, newton: bool) -> bool:
     """Whether the closed form of one contact knows all solutions."""
     mu = problem.friction.item()
     if solution.status is Status.MANY_SOLUTIONS or solution.unique is not None:
         return not mu
-    W = problem.delassus
-    # Where it parts and friction cannot press it in, W_nn ≥ µ |W_nt|, there is no other.
-    parts = not solution.impulse.any()
-    return not (parts and W[2, 2] < mu * math.hypot(W[2, 0], W[2, 1]) * (1.0 + SURE))
+    if solution.impulse.any() or mu <= NEGLIGIBLE:
+        return True
+    # It parts; unless friction can press it in there is no other.
+    b1, b2, bn = (problem.velocity_free + (problem.newtons_shift() if newton else 0.0)).tolist()
+    block = block_of(problem.delassus, 0)
+    return not can_press(block, b1, b2, bn, mu, abs(b1) + abs(b2) + abs(bn))
 
 
 class _Search(NamedTuple):
@@ -322,7 +326,8 @@ def _alone(
     if search.how == WEAK:
         return Finding(PROVEN, "friction feeds back weakly on the normal impulses")
     if search.how == ALL_TRIED and search.total:
-        return Finding(PROVEN, "all modes of the contacts in the plane were tried")
+        tried = CLOSED_FORM if len(problem.friction) == 1 else ALL_MODES
+        return Finding(PROVEN, tried)
     shares = solution.unique is not None and not newton and problem.restitution.any()
     if search.how == SEARCHED and not shares:
         searched = "all modes were searched for directions of slip; no other v⁺ was found"

@@ -10,6 +10,7 @@ from ...errors import InputError
 from ...laws.path import follow
 from ...laws.progress import Block, Triple, path_memory
 from ...laws.single import Hit, hit_contact
+from ...laws.status import Status
 from ...laws.tolerances import NEGLIGIBLE
 from ...scene.law import RESTITUTIONS, Law
 
@@ -34,7 +35,13 @@ def strike(
     word = "stronge" if law.restitution == "lzb" else law.restitution
     restitution = RESTITUTIONS.index(word)
     if law.slip == "end":
-        return Hit(*hit_contact(block, before, free, e, mu, e_t, restitution))
+        hit = Hit(*hit_contact(block, before, free, e, mu, e_t, restitution))
+        if hit.status is not Status.MANY_SOLUTIONS:
+            return hit
+        from ...laws.confirmed import confirmed
+
+        code = confirmed(block, before, free, e, mu, e_t, restitution, hit.impulse)
+        return hit._replace(code=code)
     mu = mu if mu > NEGLIGIBLE else 0.0
     e = e if e > NEGLIGIBLE else 0.0
     memory = path_memory()

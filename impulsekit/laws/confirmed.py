@@ -1,0 +1,91 @@
+"""Whether one contact has several answers indeed, where its closed form has more than one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .borrowed import borrowing
+from .compiled import entry
+from .coulomb import is_jammed, sticking_impulse
+from .others import MOST_ANSWERS, find_answers
+from .progress import Block, Triple
+from .single import gained, newtons_shift
+from .status import Status
+from .tolerances import AT_REST
+from .uniqueness import NEAR
+from .words import NEWTON
+
+__all__ = ["confirmed"]
+
+_SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
+_MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
+_GAIN = int(Status.ENERGY_GAIN)
+
+
+def _examples() -> tuple[object, ...]:
+    return (1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON, (1.0,) * 3
+
+
+@entry(_examples, seconds=1.0, apart=True)
+def confirmed(
+    block: Block,
+    before: Triple,
+    free: Triple,
+    e: float,
+    mu: float,
+    e_t: float,
+    restitution: int,
+    impulse: Triple,
+) -> int:
+    """The code of an answer that ``single.hit_contact`` has as MANY_SOLUTIONS.
+
+    What it found beside the answer may gain energy, or come to the same v⁺ in the expansion.
+
+    Args:
+        block, before, free, e, mu, e_t, restitution: its arguments.
+        impulse: its answer, P [N s].
+    """
+    t11, t12, t22, n1, n2, nn = block
+    W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
+    first, start, P = np.array(before), np.array(free), np.array(impulse)
+    after = start.copy()
+    work = 0.0
+    for r in range(3):
+        for c in range(3):
+            after[r] += W[r, c] * P[c]
+        work += 0.5 * P[r] * ((first[r] if restitution == NEWTON else start[r]) + after[r])
+    scale = max(np.abs(first).max(), np.abs(start).max(), np.abs(after).max())
+    room = np.empty((2, MOST_ANSWERS, 3))
+    coefficients = np.array([[mu], [e], [e_t]])
+    _, _, others, split = find_answers(
+        W, first, start, coefficients, restitution, P, scale, room, NEAR
+    )
+    if others > 0 and not split:
+        return _MANY
+    code = _code_of(block, before, free, e, mu, e_t, restitution, scale)
+    begins = before if restitution == NEWTON else free
+    return _GAIN if gained(code, work, 0.0, impulse, begins, free) else code
+
+
+@borrowing
+def _code_of(
+    block: Block,
+    before: Triple,
+    free: Triple,
+    e: float,
+    mu: float,
+    e_t: float,
+    restitution: int,
+    scale: float,
+) -> int:
+    """The code of the answer by itself: whether it has many shares, or jams."""
+    b1, b2, bn = free
+    if restitution == NEWTON:
+        b1, b2 = b1 + e_t * before[0], b2 + e_t * before[1]
+        bn += newtons_shift(e, before[2])
+    if bn >= -AT_REST * scale:
+        return _SOLVED
+    _, sticks, determined = sticking_impulse(block, b1, b2, bn, mu, scale)
+    if sticks and not determined:
+        return _NOT_UNIQUE
+    return _JAM if is_jammed(block, b1, b2, mu, scale) else _SOLVED
