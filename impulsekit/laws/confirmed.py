@@ -45,6 +45,9 @@ def confirmed(
         block, before, free, e, mu, e_t, restitution: its arguments.
         impulse: its answer, P [N s].
     """
+    if impulse[2] == 0.0:
+        # It lies still, and slip could load it by as much as one likes.
+        return _MANY
     t11, t12, t22, n1, n2, nn = block
     W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
     first, start, P = np.array(before), np.array(free), np.array(impulse)
