@@ -209,3 +209,76 @@ def test_a_contact_of_what_is_held_fast_has_an_end(restitution, order):
         found = ik.derivatives(ik.solve(scene, ball.neutral(), rng.normal(size=6)))
         assert np.abs(found.dv_after_dv).max() < 1e-11
         assert np.abs(found.dv_after_dq).max() < 1e-7
+
+
+def two_robots(seed, law):
+    """Two arms beside each other, a contact with friction on each, and the scene of each alone."""
+    rng = np.random.default_rng(seed)
+    robot = ik.combine(
+        a=ik.Robot.from_example("panda"), b=ik.Robot.from_urdf("models/double_pendulum.urdf")
+    )
+    touching = [
+        ik.Contact(
+            link,
+            at=rng.normal(size=3) * 0.1,
+            normal=normal,
+            friction=mu,
+            restitution=e,
+            name=link[0],
+        )
+        for link, normal, mu, e in (
+            ("a/panda_hand", rng.normal(size=3), 0.3, 0.6),
+            ("b/link_2", (0.3, 0.0, 1.0), 0.5, 0.4),
+        )
+    ]
+    order = ik.Law(law, "path")
+    scenes = [
+        ik.Scene(robot, contacts=some, law=order, gap_bound=1e9)
+        for some in (touching, touching[:1], touching[1:])
+    ]
+    q = pin.integrate(robot.model, robot.neutral(), rng.uniform(-0.5, 0.5, robot.nv))
+    return scenes, q, rng.normal(size=robot.nv)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_two_that_do_not_act_on_each_other(law):
+    """Each along its own path at one instant: the changes are those of each alone."""
+    compared = 0
+    for seed in range(12):
+        (both, *each), q, v = two_robots(seed, law)
+        impact = ik.solve(both, q, v)
+        if not impact.status.valid or not all(c.impulse.any() for c in impact.contacts):
+            continue
+        found = ik.derivatives(impact)
+        if not found.status.exists:
+            continue
+        compared += 1
+        for name in ("dv_after_dv", "dv_after_dq", "dv_after_dfriction", "dv_after_drestitution"):
+            alone = [getattr(ik.derivatives(ik.solve(scene, q, v)), name) for scene in each]
+            if isinstance(alone[0], np.ndarray):
+                start = np.eye(len(v)) if name == "dv_after_dv" else 0.0
+                expected = alone[0] + alone[1] - start
+                np.testing.assert_allclose(getattr(found, name), expected, atol=1e-9)
+            else:
+                for one in alone:
+                    for key, column in one.items():
+                        np.testing.assert_allclose(getattr(found, name)[key], column, atol=1e-9)
+        assert ik.check(impact).agrees
+    assert compared >= 2
+
+
+def test_smooth_ones_that_act_on_each_other_beside_a_rough_one_are_refused():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    robot = ik.combine(a=ball, b=ball)
+    touching = [
+        ik.Contact("a/ball", at=[x, 0, -0.1], normal=[x, 0, 1], restitution=0.5)
+        for x in (-0.05, 0.05)
+    ]
+    touching.append(ik.Contact("b/ball", at=[0, 0, -0.1], friction=0.3))
+    scene = ik.Scene(robot, contacts=touching, law=ik.Law("newton", "path"), gap_bound=1e9)
+    v = robot.velocity()
+    v[[2, 6, 8]] = -1.0, 0.3, -1.0
+    impact = ik.solve(scene, robot.neutral(), v)
+    assert impact.status.valid
+    with pytest.raises(ik.errors.InputError, match="scenes of their own"):
+        ik.derivatives(impact)

@@ -27,7 +27,8 @@ def derivatives(impact: Impact) -> Derivatives:
 
     Raises:
         InputError: an impact without a valid solution; friction that presses a contact in again
-            along its path; a ``Collision`` of other shapes than balls with balls or flat
+            along its path; several contacts without friction that act on each other, beside
+            such; a ``Collision`` of other shapes than balls with balls or flat
             faces; joints that are not chains of joints with fixed axes.
 
     Example:

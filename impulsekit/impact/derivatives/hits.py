@@ -1,7 +1,8 @@
 """An impact in which contacts are hit one at a time, told hit by hit.
 
-For a sequence of contacts, and for the one contact that acts where slip is followed along
-its path. Known impulses and imposed constraints act before the first hit.
+For a sequence of contacts, and for the contacts that act where slip is followed along the path
+of each, one of every group that W couples. Known impulses and imposed constraints act before the
+first hit.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from ...errors import InputError
 from ...laws.progress import Block
 from ...scene import Law
 from ..contact_space import ContactProblem
+from ..contact_space.groups import groups_of
 from ..contact_space.sequential import hits_of
 from ..contact_space.single import block_of
 from ..factor import DenseFactor
@@ -168,7 +170,7 @@ def _alone(
     scale: float,
     edges: list[str],
 ) -> Iterator[tuple[int, np.ndarray]]:
-    """The one contact that acts, and others that nearly do."""
+    """The contacts that act, which do not act on each other, and others that nearly do."""
     small = EDGE * scale
     free = problem.velocity_free
     approach = free[2::3].copy()
@@ -176,12 +178,18 @@ def _alone(
         approach += problem.newtons_shift()[2::3]
     for j in np.flatnonzero(np.abs(approach) <= small).tolist():
         edges.append(f"{names[j]}: it hardly approaches or hardly parts")
-    i = int(np.argmax([impulse[2] for impulse in impulses]))
-    share = impulses[i]
-    if not share[2] > 0.0:
+    acting = [i for i, impulse in enumerate(impulses) if impulse[2] > 0.0]
+    if not acting:
         return
-    after = free + problem.delassus[:, 3 * i : 3 * i + 3] @ share
+    if len(groups_of(problem.of_contacts(np.array(acting)))) < len(acting):
+        raise InputError(
+            "derivatives: several contacts without friction act on each other beside others whose "
+            "slip is followed along the path; put bodies that have nothing to do with each other "
+            'into scenes of their own, or use slip="end"'
+        )
+    after = free + problem.delassus @ np.concatenate(impulses)
     for j in np.flatnonzero(np.abs(after[2::3]) <= small).tolist():
-        if j != i:
+        if j not in acting:
             edges.append(f"{names[j]}: it hardly approaches or hardly parts")
-    yield i, share
+    for i in acting:
+        yield i, impulses[i]
