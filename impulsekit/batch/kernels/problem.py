@@ -109,21 +109,21 @@ def _by_groups(solved):
 
     @built_in
     def solve(count, posed, digits, space, own):
-        group, chosen = space.group, space.chosen
-        if count < 2 or find_groups(space.W, space.mu, count, group, space.queue) == 1:
-            return solved(count, posed, digits, space, own)
-        code, number = np.int64(_SOLVED), np.int64(0)
-        some = members_of(group, count, number, chosen)
-        while some > 0:
-            part = _part_of(space, chosen, some)
+        group, chosen, groups = space.group, space.chosen, np.int64(1)
+        if count > 1:
+            groups = find_groups(space.W, space.mu, count, group, space.queue)
+        code = np.int64(_SOLVED)
+        for number in range(groups):
+            part, some = space, count
+            if groups > 1:
+                some = members_of(group, count, number, chosen)
+                part = _part_of(space, chosen, some)
             code = _joined(code, solved(some, posed, digits, part, own))
             if code == AGAIN:
-                return code
-            for k in range(some):
-                for j in range(3):
-                    space.P[3 * chosen[k] + j] = part.P[3 * k + j]
-            number += 1
-            some = members_of(group, count, number, chosen)
+                break
+            if groups > 1:
+                for k in range(3 * some):
+                    space.P[3 * chosen[k // 3] + k % 3] = part.P[k]
         return code
 
     return solve
