@@ -6,7 +6,7 @@ import numpy as np
 
 from .borrowed import borrowing
 from .compiled import entry
-from .coulomb import is_jammed, sticking_impulse
+from .coulomb import is_jammed, raising, sticking_impulse
 from .others import MOST_ANSWERS, find_answers
 from .progress import Block, Triple
 from .single import gained, newtons_shift
@@ -50,7 +50,11 @@ def confirmed(
         return _MANY
     t11, t12, t22, n1, n2, nn = block
     W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
-    first, start, P = np.array(before), np.array(free), np.array(impulse)
+    fastest = 0.0
+    for speed in (*before, *free):
+        fastest = max(fastest, abs(speed))
+    up = raising(fastest)
+    first, start, P = up * np.array(before), up * np.array(free), up * np.array(impulse)
     after = start.copy()
     work = 0.0
     for r in range(3):
@@ -65,9 +69,11 @@ def confirmed(
     )
     if others > 0 and not split:
         return _MANY
-    code = _code_of(block, before, free, e, mu, e_t, restitution, scale)
-    begins = before if restitution == NEWTON else free
-    return _GAIN if gained(code, work, 0.0, impulse, begins, free) else code
+    u, begins = (first[0], first[1], first[2]), (start[0], start[1], start[2])
+    code = _code_of(block, u, begins, e, mu, e_t, restitution, scale)
+    whole = (P[0], P[1], P[2])
+    is_gain = gained(code, work, 0.0, whole, u if restitution == NEWTON else begins, begins)
+    return _GAIN if is_gain else code
 
 
 @borrowing

@@ -21,6 +21,7 @@ __all__ = [
     "coulomb",
     "coulomb_impulse",
     "is_jammed",
+    "raising",
     "released",
     "residual_of",
     "sliding_impulse",
@@ -45,9 +46,20 @@ NO_INERTIA = 1e-12
 ON_CONE = 1e-13
 # Slip below this share of the velocities is none.
 NO_SLIP = 1e-13
+# Velocities below this [m/s], whose squares would underflow, are multiplied by a power of two, so
+# that they come to about 1; the exponent is one that leaves it the normal doubles.
+SMALLEST, MOST_RAISED = 1e-70, 1000
 # Of both normal impulses: what sets two answers apart; of the velocities: slip that is not the
 # rounding of a quartic's double root.
 ANSWERS_APART, REAL_SLIP = 1e-7, 1e-6
+
+
+@borrowing
+def raising(scale: float) -> float:
+    """By how much velocities of this size [m/s] are raised for their law, which is homogeneous."""
+    if scale >= SMALLEST or scale == 0.0:
+        return 1.0
+    return math.ldexp(1.0, min(-math.frexp(scale)[1], MOST_RAISED))
 
 
 @borrowing
@@ -121,13 +133,15 @@ def coulomb_impulse(
         return 0.0, 0.0, 0.0
     if mu == 0.0:
         return 0.0, 0.0, -bn / nn
-    stick, sticks, _ = sticking_impulse(block, b1, b2, bn, mu, scale)
-    if sticks:
-        return stick
-    count, one, _, _, _ = slides(block, b1, b2, bn, mu)
-    if count == 0:
-        return 0.0, 0.0, 0.0
-    return sliding_impulse(block, bn, mu, one)
+    up = raising(scale)
+    b1, b2, bn = up * b1, up * b2, up * bn
+    (p1, p2, pn), sticks, _ = sticking_impulse(block, b1, b2, bn, mu, up * scale)
+    if not sticks:
+        count, one, _, _, _ = slides(block, b1, b2, bn, mu)
+        if count == 0:
+            return 0.0, 0.0, 0.0
+        p1, p2, pn = sliding_impulse(block, bn, mu, one)
+    return p1 / up, p2 / up, pn / up
 
 
 @borrowing
@@ -145,6 +159,8 @@ def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: f
     _, _, _, n1, n2, nn = block
     if not 0.0 < nn < mu * math.sqrt(n1 * n1 + n2 * n2):
         return False
+    up = raising(scale)
+    b1, b2, bn, scale = up * b1, up * b2, up * bn, up * scale
     _, sticks, determined = sticking_impulse(block, b1, b2, bn, mu, scale)
     # Of loads that may be shared in many ways some press, whichever is looked at.
     return sticks or not determined or slides(block, b1, b2, bn, mu)[0] > 0

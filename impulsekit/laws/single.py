@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from .borrowed import borrowing
 from .compiled import entry
-from .coulomb import coulomb, released, residual_of
+from .coulomb import coulomb, raising, released, residual_of
 from .progress import Block, Triple
 from .status import BY_CODE, Status
 from .tolerances import GAIN, NEGLIGIBLE
@@ -79,12 +79,14 @@ def strike_at_end(
         e, mu, e_t: restitution, friction, tangential restitution (0 but under Newton's).
         restitution: NEWTON or POISSON.
     """
-    hit = hit_at_end(block, before, free, e, mu, e_t, restitution)
-    impulse, after, code, residual, normal, friction = hit
-    start = before if restitution == NEWTON else free
-    if gained(code, normal, friction, impulse, start, free):
-        return Hit(impulse, after, _GAIN, residual, normal, friction)
-    return hit
+    up = raising(_largest(before, free))
+    u, aim = _times(up, before), _times(up, free)
+    hit = _hit(block, u, aim, e, mu, e_t, restitution)
+    impulse, _, code, _, normal, friction = hit
+    start = u if restitution == NEWTON else aim
+    if gained(code, normal, friction, impulse, start, aim):
+        code = _GAIN
+    return _lowered(hit, code, up)
 
 
 @borrowing
@@ -92,21 +94,63 @@ def hit_at_end(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> Hit:
     """``strike_at_end`` without a look at the energy, which one hit of many may raise."""
+    up = raising(_largest(before, free))
+    hit = _hit(block, _times(up, before), _times(up, free), e, mu, e_t, restitution)
+    return _lowered(hit, hit.code, up)
+
+
+@borrowing
+def _hit(
+    block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
+) -> Hit:
+    """What the law of restitution says."""
     mu = mu if mu > NEGLIGIBLE else 0.0
     e = e if e > NEGLIGIBLE else 0.0
     scale = max(abs(before[2]), abs(free[2]))
     if mu > 0.0:
         scale = max(scale, abs(free[0]), abs(free[1]), abs(e_t * before[0]), abs(e_t * before[1]))
     if restitution == NEWTON:
-        b = (0.0, 0.0, free[2] + newtons_shift(e, before[2]))
-        if mu > 0.0:
-            b = (free[0] + e_t * before[0], free[1] + e_t * before[1], b[2])
-        impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
-        residual = residual_of(block, b, impulse, mu, 0.0, scale)
-        after = moved(block, free, impulse, mu)
-        normal, friction = _works(impulse, before, after)
-        return Hit(impulse, after, code, residual, normal, friction)
+        return _newton(block, before, free, e, mu, e_t, scale)
     return _poisson(block, free, e, mu, scale)
+
+
+@borrowing
+def _largest(before: Triple, free: Triple) -> float:
+    """The size of the velocities [m/s]."""
+    return max(
+        abs(before[0]), abs(before[1]), abs(before[2]), abs(free[0]), abs(free[1]), abs(free[2])
+    )
+
+
+@borrowing
+def _lowered(hit: Hit, code: int, up: float) -> Hit:
+    """A hit of velocities that were multiplied by a factor, as one of theirs."""
+    impulse, after, _, residual, normal, friction = hit
+    down = 1.0 / up
+    return Hit(
+        _times(down, impulse), _times(down, after), code, residual, normal * down * down,
+        friction * down * down,
+    )  # fmt: skip
+
+
+@borrowing
+def _times(factor: float, vector: Triple) -> Triple:
+    return factor * vector[0], factor * vector[1], factor * vector[2]
+
+
+@borrowing
+def _newton(
+    block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, scale: float
+) -> Hit:
+    """u⁺ + e∘min(u⁻, 0) and P are complementary."""
+    b = (0.0, 0.0, free[2] + newtons_shift(e, before[2]))
+    if mu > 0.0:
+        b = (free[0] + e_t * before[0], free[1] + e_t * before[1], b[2])
+    impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
+    residual = residual_of(block, b, impulse, mu, 0.0, scale)
+    after = moved(block, free, impulse, mu)
+    normal, friction = _works(impulse, before, after)
+    return Hit(impulse, after, code, residual, normal, friction)
 
 
 @borrowing

@@ -98,3 +98,26 @@ def test_a_root_at_the_end_of_its_range_is_found():
         count, first, *_ = slides((1e5, 0.0, 0.0, -1e3, 0.0, 50.0), 1e4, 0.0, -1.0, mu)
         assert count == 1
         np.testing.assert_allclose(first, (1.0, 0.0), atol=1e-12)
+
+
+@pytest.mark.parametrize("restitution", [NEWTON, POISSON])
+@pytest.mark.parametrize("size", [1e-100, 1e-130, 1e-160, 1e-200, 1e-290])
+def test_the_law_knows_no_unit_of_velocity(size, restitution):
+    """It is homogeneous: squares of small velocities underflow, and rods stuck that slide."""
+    rng = np.random.default_rng(7)
+    for k in range(60):
+        J = rng.normal(size=(3, 3))
+        if k % 2:
+            # In a plane.
+            J[1] = 0.0
+        W = J @ J.T
+        block = (W[0, 0], W[0, 1], W[1, 1], W[0, 2], W[1, 2], W[2, 2])
+        u = rng.normal(size=3) * (1.0, 0.0 if k % 2 else 1.0, 1.0)
+        u[2] = -abs(u[2])
+        e, mu = rng.choice([0.0, 0.5, 1.0]), rng.choice([0.3, 0.8])
+        whole, small = (
+            Hit(*hit_contact.py_func(block, tuple(v), tuple(v), e, mu, 0.0, restitution))
+            for v in (u, size * u)
+        )
+        assert whole.status is small.status
+        np.testing.assert_allclose(np.array(small.impulse) / size, whole.impulse, rtol=1e-9)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...laws.coulomb import can_press
+from ...laws.coulomb import can_press, raising
 from ...laws.found import SAME
 from ...laws.modes import DEPENDENT
 from ...laws.others import (
@@ -243,11 +243,21 @@ def _search(problem: ContactProblem, shown: np.ndarray, scale: float, *, newton:
     room = np.empty((2, MOST_ANSWERS, len(shown)))
     restitution = NEWTON if newton else POISSON
     W, before, free, *coefficients = arrays_of(problem)
+    up = raising(scale)
     how, count, others, split = find_answers(
-        W, before, free, np.array(coefficients), restitution, in_order(shown), scale, room, NEAR
+        W,
+        up * before,
+        up * free,
+        np.array(coefficients),
+        restitution,
+        up * in_order(shown),
+        up * scale,
+        room,
+        NEAR,
     )
-    room.setflags(write=False)
-    return _Search(how, count, tuple(room[0, :others].copy()), split)
+    found = room[0, :others] / up
+    found.setflags(write=False)
+    return _Search(how, count, tuple(found), split)
 
 
 def _gives_back_shares(problem: ContactProblem, solution: ContactSolution) -> bool:
