@@ -9,13 +9,13 @@ from .compiled import entry
 from .coulomb import is_jammed, raising, sticking_impulse
 from .others import MOST_ANSWERS, find_answers
 from .progress import Block, Triple
-from .single import gained, newtons_shift
+from .single import gained, largest, moved, newtons_shift, times
 from .status import Status
 from .tolerances import AT_REST
 from .uniqueness import NEAR
 from .words import NEWTON
 
-__all__ = ["confirmed"]
+__all__ = ["confirmed", "find_beside"]
 
 _SOLVED, _JAM = int(Status.SOLVED), int(Status.PAINLEVE_JAM)
 _MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
@@ -24,6 +24,33 @@ _GAIN = int(Status.ENERGY_GAIN)
 
 def _examples() -> tuple[object, ...]:
     return (1.0,) * 6, (1.0,) * 3, (1.0,) * 3, 0.5, 0.5, 0.0, NEWTON, (1.0,) * 3
+
+
+@entry(_examples, seconds=0.5, apart=True)
+def find_beside(
+    block: Block,
+    before: Triple,
+    free: Triple,
+    e: float,
+    mu: float,
+    e_t: float,
+    restitution: int,
+    impulse: Triple,
+) -> tuple[int, int, int, bool]:
+    """``others.find_answers`` of one contact, beside the answer of ``single.hit_contact``.
+
+    Args:
+        block, before, free, e, mu, e_t, restitution: its arguments.
+        impulse: its answer, P [N s].
+    """
+    up = raising(largest(before, free))
+    t11, t12, t22, n1, n2, nn = block
+    W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
+    first, start, P = up * np.array(before), up * np.array(free), up * np.array(impulse)
+    u1, u2, un = moved(block, times(up, free), times(up, impulse), mu)
+    scale = max(up * largest(before, free), abs(u1), abs(u2), abs(un))
+    room, coefficients = np.empty((2, MOST_ANSWERS, 3)), np.array([[mu], [e], [e_t]])
+    return find_answers(W, first, start, coefficients, restitution, P, scale, room, NEAR)
 
 
 @entry(_examples, seconds=1.0, apart=True)
@@ -40,40 +67,22 @@ def confirmed(
     """The code of an answer that ``single.hit_contact`` has as MANY_SOLUTIONS.
 
     What it found beside the answer may gain energy, or come to the same v⁺ in the expansion.
-
-    Args:
-        block, before, free, e, mu, e_t, restitution: its arguments.
-        impulse: its answer, P [N s].
+    Arguments as ``find_beside``'s.
     """
     if impulse[2] == 0.0:
         # It lies still, and slip could load it by as much as one likes.
         return _MANY
-    t11, t12, t22, n1, n2, nn = block
-    W = np.array([[t11, t12, n1], [t12, t22, n2], [n1, n2, nn]])
-    fastest = 0.0
-    for speed in (*before, *free):
-        fastest = max(fastest, abs(speed))
-    up = raising(fastest)
-    first, start, P = up * np.array(before), up * np.array(free), up * np.array(impulse)
-    after = start.copy()
-    work = 0.0
-    for r in range(3):
-        for c in range(3):
-            after[r] += W[r, c] * P[c]
-        work += 0.5 * P[r] * ((first[r] if restitution == NEWTON else start[r]) + after[r])
-    scale = max(np.abs(first).max(), np.abs(start).max(), np.abs(after).max())
-    room = np.empty((2, MOST_ANSWERS, 3))
-    coefficients = np.array([[mu], [e], [e_t]])
-    _, _, others, split = find_answers(
-        W, first, start, coefficients, restitution, P, scale, room, NEAR
-    )
+    _, _, others, split = find_beside(block, before, free, e, mu, e_t, restitution, impulse)
     if others > 0 and not split:
         return _MANY
-    u, begins = (first[0], first[1], first[2]), (start[0], start[1], start[2])
-    code = _code_of(block, u, begins, e, mu, e_t, restitution, scale)
-    whole = (P[0], P[1], P[2])
-    is_gain = gained(code, work, 0.0, whole, u if restitution == NEWTON else begins, begins)
-    return _GAIN if is_gain else code
+    up = raising(largest(before, free))
+    u, aim, P = times(up, before), times(up, free), times(up, impulse)
+    start, after = u if restitution == NEWTON else aim, moved(block, aim, P, mu)
+    work = 0.0
+    for k in range(3):
+        work += 0.5 * P[k] * (start[k] + after[k])
+    code = _code_of(block, u, aim, e, mu, e_t, restitution, largest(u, aim))
+    return _GAIN if gained(code, work, 0.0, P, start, aim) else code
 
 
 @borrowing

@@ -13,8 +13,9 @@ from .tolerances import GAIN, NEGLIGIBLE
 from .words import NEWTON
 
 __all__ = [
-    "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "moved", "newtons_shift",
-    "strike_at_end",
+    "Hit", "PlainHit", "gained", "hit_at_end", "hit_contact", "largest", "moved",
+    "newtons_shift",
+    "strike_at_end", "times",
 ]  # fmt: skip
 
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
@@ -79,8 +80,8 @@ def strike_at_end(
         e, mu, e_t: restitution, friction, tangential restitution (0 but under Newton's).
         restitution: NEWTON or POISSON.
     """
-    up = raising(_largest(before, free))
-    u, aim = _times(up, before), _times(up, free)
+    up = raising(largest(before, free))
+    u, aim = times(up, before), times(up, free)
     hit = _hit(block, u, aim, e, mu, e_t, restitution)
     impulse, _, code, _, normal, friction = hit
     start = u if restitution == NEWTON else aim
@@ -94,8 +95,8 @@ def hit_at_end(
     block: Block, before: Triple, free: Triple, e: float, mu: float, e_t: float, restitution: int
 ) -> Hit:
     """``strike_at_end`` without a look at the energy, which one hit of many may raise."""
-    up = raising(_largest(before, free))
-    hit = _hit(block, _times(up, before), _times(up, free), e, mu, e_t, restitution)
+    up = raising(largest(before, free))
+    hit = _hit(block, times(up, before), times(up, free), e, mu, e_t, restitution)
     return _lowered(hit, hit.code, up)
 
 
@@ -115,7 +116,7 @@ def _hit(
 
 
 @borrowing
-def _largest(before: Triple, free: Triple) -> float:
+def largest(before: Triple, free: Triple) -> float:
     """The size of the velocities [m/s]."""
     return max(
         abs(before[0]), abs(before[1]), abs(before[2]), abs(free[0]), abs(free[1]), abs(free[2])
@@ -128,13 +129,14 @@ def _lowered(hit: Hit, code: int, up: float) -> Hit:
     impulse, after, _, residual, normal, friction = hit
     down = 1.0 / up
     return Hit(
-        _times(down, impulse), _times(down, after), code, residual, normal * down * down,
+        times(down, impulse), times(down, after), code, residual, normal * down * down,
         friction * down * down,
     )  # fmt: skip
 
 
 @borrowing
-def _times(factor: float, vector: Triple) -> Triple:
+def times(factor: float, vector: Triple) -> Triple:
+    """A vector times a number."""
     return factor * vector[0], factor * vector[1], factor * vector[2]
 
 

@@ -16,7 +16,7 @@ from ..codes import AGAIN
 from .jit import built_in
 from .left import LEFT, care_for, is_left
 from .problem import problem_in
-from .uniqueness import judge_lone, judge_others
+from .uniqueness import find_others, gives_back_shares, judge_lone, judge_others
 
 __all__ = ["memory", "solved"]
 
@@ -95,6 +95,8 @@ def solved(count, posed, digits, space, work):
         P[k] = work.P[k]
     if smooth or code not in (_SOLVED, _NOT_UNIQUE):
         return code
-    return judge_others(
-        code, W, before, free, work.velocity, mus, es, ets, count, P, restitution, work.unique
+    how, known, others, split = find_others(
+        W, before, free, work.velocity, mus, es, ets, count, P, restitution
     )
+    gives = restitution != NEWTON and gives_back_shares(mus, es, work.unique, count)
+    return judge_others(code, how, known, others, split, gives)
