@@ -198,6 +198,18 @@ def test_a_fingerprint_sees_all_that_is_called():
     assert len({of(2.0, math.sqrt), of(3.0, math.sqrt), of(2.0, math.sin)}) == 3
 
 
+def test_a_fingerprint_sees_what_is_read_today():
+    """It is kept from one call to the next only while the same values stand there."""
+    names = {"__name__": "impulsekit.made", "FACTOR": 2.0}
+    exec("def inner(x): return FACTOR * x\ndef outer(x): return inner(x)", names)
+    before = fingerprint(names["outer"])
+    assert fingerprint(names["outer"]) == before
+    names["FACTOR"] = 3.0
+    assert fingerprint(names["outer"]) != before
+    names["FACTOR"] = 2.0
+    assert fingerprint(names["outer"]) == before
+
+
 def test_a_fingerprint_sees_how_what_is_called_is_compiled():
     def of(mark):
         def inner(x: float) -> float:
