@@ -82,7 +82,7 @@ def _damping(c: float, s: float, m_in: float, m_out: float) -> float:
             low = y
         step = value / rate if rate > 0.0 else math.inf
         new = y - step
-        if not low < new < high:
+        if not low <= new <= high:
             new = 0.5 * (low + high) if high < math.inf else 2.0 * y
         if abs(new - y) <= NEWTON_ENDS * y:
             break

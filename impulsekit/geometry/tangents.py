@@ -102,9 +102,12 @@ def _nearest_tangent(
         rising = slope > 0.0
         low, high = np.where(rising, psi, low), np.where(rising, high, psi)
         with np.errstate(all="ignore"):
-            step = psi - slope / bend
-        good = (bend < 0.0) & (step > low) & (step < high)
-        following = np.where(good, step, 0.5 * (low + high))
+            step = slope / bend
+        newton = psi - step
+        # A step of Newton's that is rounding stays on the bound that it has just moved.
+        there = (bend < 0.0) & (np.abs(step) <= ARRIVED * psi)
+        good = (bend < 0.0) & (newton > low) & (newton < high)
+        following = np.where(there, psi, np.where(good, newton, 0.5 * (low + high)))
         still = bool((np.abs(following - psi) <= ARRIVED * psi).all())
         psi = following
         if still:

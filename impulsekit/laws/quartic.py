@@ -208,7 +208,7 @@ def _between(a: Monic, order: int, low: float, high: float, near: float) -> floa
             low = x
         # Newton, kept in by bisection.
         following = x - value / slope if slope != 0.0 else 0.5 * (low + high)
-        if not low < following < high:
+        if not low <= following <= high:
             following = 0.5 * (low + high)
         if abs(following - x) < near:
             return following
