@@ -14,9 +14,10 @@ import numpy as np
 from .borrowed import borrowing
 from .compiled import compiled, entry
 from .status import BY_CODE, Status
-from .wave_changes import change
+from .wave_changes import STILL_FORCES, change, end_compressions, largest_force
+from .wave_holds import acceleration
 from .wave_slips import choose_slips
-from .wave_state import HELD, LOADS, OPEN, Array, Wave
+from .wave_state import FAINT, HELD, LOADS, OPEN, Array, Wave
 from .wave_state import wave as new_wave
 from .wave_steps import APPROACH_ENDED, FIRST, adaptive_step, choose_lead, longest_step
 
@@ -41,7 +42,7 @@ MET = 1e-9
 # them is no more than this share.
 ONE_POINT = 1e-9
 _SOLVED, _ENDLESS = int(Status.SOLVED), int(Status.NOT_CONVERGED)
-_REFUSED = int(Status.REFUSED)
+_REFUSED, _NONE = int(Status.REFUSED), int(Status.NO_SOLUTION)
 
 
 class Waved(NamedTuple):
@@ -183,7 +184,7 @@ def _strike(
     best = _told(w, _run(w, math.inf), W, free, speed, mobility)
     cap = LONGEST_STEP
     for _ in range(MOST_AGAIN):
-        if best[1] <= CLOSED:
+        if best[1] <= CLOSED or best[0] == _NONE:
             break
         # A change and its end within one step were passed over.
         w = _prepared(W, free, restitution, mu, stiffness, exponent, speed, mobility)
@@ -229,6 +230,8 @@ def _told(
     _to_energy(impulse, free, after, total * work, added, size * work)
     if steps >= MOST_STEPS or not math.isfinite(added):
         code, residual = _ENDLESS, 1.0
+    elif _is_wedged(w):
+        code = _NONE
     return code, residual, impulse, after, normal, friction, steps
 
 
@@ -322,7 +325,7 @@ def _run(w: Wave, cap: float) -> int:
     step, rubs = FIRST, len(w.free) > len(w.kappa)
     choose_slips(w)
     for count in range(MOST_STEPS):
-        if _is_over(w):
+        if _is_over(w) or (_is_wedged(w) and not end_compressions(w)):
             return count
         if rubs and count >= MOST_WITH_FRICTION:
             return MOST_STEPS
@@ -350,3 +353,27 @@ def _is_over(w: Wave) -> bool:
         ):
             return False
     return True
+
+
+@borrowing
+def _is_wedged(w: Wave) -> bool:
+    """Whether forces act that move nothing any more: they would stay for ever.
+
+    Forces are told by indentations, which change with normal velocities alone.
+    """
+    presses, push = False, STILL_FORCES * largest_force(w)
+    for i in range(len(w.kappa)):
+        row, mode = w.normal[i], w.mode[i]
+        un = float(w.u[row])
+        if mode == OPEN:
+            if un < -FAINT:
+                return False
+            continue
+        if w.force[row] > WEAK:
+            if abs(un) > FAINT:
+                return False
+            presses = True
+        for k in range(row if w.tangent[i] < 0 else w.tangent[i], row + 1):
+            if abs(acceleration(w, int(k))) > push:
+                return False
+    return presses

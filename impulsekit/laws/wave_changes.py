@@ -9,15 +9,20 @@ from .borrowed import borrowing
 from .wave import find_forces, force_rate, power_of, velocities
 from .wave_holds import acceleration
 from .wave_slips import AT_CHANGE, change_slip, settle
-from .wave_state import HELD, LOADS, NONE, OPEN, UNLOADS, Wave
+from .wave_state import FAINT, HELD, LOADS, NONE, OPEN, SLIPS, STICKS, UNLOADS, Wave
 
-__all__ = ["RISES", "change"]
+__all__ = ["RISES", "STILL_FORCES", "change", "end_compressions", "largest_force"]
 
 # A contact that parts: what its force would still give is below these (beside the velocity with
 # which it parts, and what that moves others), so it is given at once.
 TAIL, MOVED = 1e-8, 1e-15
 # What leaves at a speed is this far away at once, so that it can be met again in the same step.
 LEAVES_BY = 1e-30
+# Accelerations below this share of the largest force are rounding of sums in which friction and
+# normal forces of redundant rows cancel.
+STILL_FORCES = 1e-12
+# A contact that was loaded by less than this, times what it had, was not.
+LOADED = 1.0 + 1e-9
 # What takes longer to part is not looked at [time].
 LATER = 0.1
 # A held contact is loaded again where its force rises faster [in units of the impact].
@@ -42,7 +47,7 @@ def change(w: Wave, crossed: int) -> None:
         if crossed in (i, 2 * n + i):
             pass
         elif modes[i] == LOADS and depth > 0.0:
-            if un < -AT_CHANGE or (w.e2[i] == 1.0 and depth > LATER * un):
+            if un < -FAINT or (w.e2[i] == 1.0 and depth > LATER * un):
                 continue
         elif modes[i] == OPEN and (un >= -AT_CHANGE or depth < -AT_CHANGE):
             continue
@@ -72,7 +77,7 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
             return True
         return False
     if mode == HELD:
-        if crossed or w.force[w.normal[i]] <= AT_CHANGE * _push(w):
+        if crossed or w.force[w.normal[i]] <= AT_CHANGE * largest_force(w):
             w.mode[i] = OPEN
             w.y[r + i] = 0.0
             return True
@@ -88,17 +93,18 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
             w.began[i] = 0.0
             return True
         return False
+    if mode == LOADS and w.e2[i] == 0.0 and abs(un) <= FAINT and _is_stopped(w, i, depth):
+        _end_compression(w, i)
+        return True
     rises = acceleration(w, int(w.normal[i]))
     if un > 0.0 and (mode == UNLOADS or w.e2[i] == 1.0) and _parts(w, i, depth, un):
         return True
     if (
         mode == LOADS
         and w.e2[i] < 1.0
-        and (crossed or (un >= -AT_CHANGE and rises > AT_CHANGE * _push(w)))
+        and (crossed or (un >= -AT_CHANGE and rises > AT_CHANGE * largest_force(w)))
     ):
-        w.loaded[i] += _energy(w, i, depth) - w.began[i]
-        w.began[i] = 0.0
-        w.mode[i] = UNLOADS if w.e2[i] > 0.0 else HELD
+        _end_compression(w, i)
         return True
     if mode == UNLOADS and (crossed or (un <= AT_CHANGE and rises < 0.0)):
         w.mode[i] = LOADS
@@ -108,12 +114,59 @@ def _change_normal(w: Wave, i: int, crossed: bool, reloads: bool) -> bool:
 
 
 @borrowing
-def _push(w: Wave) -> float:
+def _is_stopped(w: Wave, i: int, depth: float) -> bool:
+    """Whether friction holds a contact still that was loaded until now; it sticks then.
+
+    Where a contact has one way to go its slip ends with its compression, and rounding says which
+    of the two is seen first.
+    """
+    t, slip = w.tangent[i], w.slip[i]
+    if t < 0 or slip not in (SLIPS, STICKS) or w.u[t] ** 2 + w.u[t + 1] ** 2 > FAINT**2:
+        return False
+    # What was held and is loaded again has not moved since.
+    if not _energy(w, i, depth) > LOADED * w.began[i]:
+        return False
+    w.slip[i] = STICKS
+    find_forces(w, w.y)
+    push, holds = STILL_FORCES * largest_force(w), True
+    for k in range(t, t + 3):
+        holds = holds and abs(acceleration(w, int(k))) <= push
+    pull = math.sqrt(w.force[t] ** 2 + w.force[t + 1] ** 2)
+    if holds and pull <= w.mu[i] * w.force[w.normal[i]]:
+        return True
+    w.slip[i] = slip
+    find_forces(w, w.y)
+    return False
+
+
+@borrowing
+def largest_force(w: Wave) -> float:
     """The size of the forces, in units of which that of a held contact is zero."""
     most = NONZERO
     for k in range(len(w.free)):
         most = max(most, abs(w.force[k]))
     return most
+
+
+@borrowing
+def _end_compression(w: Wave, i: int) -> None:
+    w.loaded[i] += _energy(w, i, float(w.y[len(w.free) + i])) - w.began[i]
+    w.began[i] = 0.0
+    w.mode[i] = UNLOADS if w.e2[i] > 0.0 else HELD
+
+
+@borrowing
+def end_compressions(w: Wave) -> bool:
+    """End that of all contacts without restitution, where nothing moves them; whether of any."""
+    ended = False
+    for i in range(len(w.kappa)):
+        if w.mode[i] == LOADS and w.e2[i] == 0.0 and w.y[len(w.free) + i] > 0.0:
+            _end_compression(w, i)
+            ended = True
+    if ended:
+        find_forces(w, w.y)
+        settle(w, -1)
+    return ended
 
 
 @borrowing

@@ -149,14 +149,15 @@ def _note_rest(w: Wave) -> None:
 @borrowing
 def _start_together(w: Wave) -> None:
     """What began to slip while others still held it in part, and do no more: all creep."""
-    began, sticks, r = 0, 0, len(w.free)
+    count, sticks, r = 0, 0, len(w.free)
     for i in range(len(w.kappa)):
-        began += w.pulls[i, r + 1] == 1.0 and w.slip[i] != STICKS
+        count += w.pulls[i, r + 1] == 1.0 and w.slip[i] != STICKS and w.slip[i] != NONE
         sticks += w.slip[i] == STICKS
-    if began < 2 or sticks > 0:
+    if count < 2 or sticks > 0:
         return
     for i in range(len(w.kappa)):
-        if w.pulls[i, r + 1] == 1.0 and w.mode[i] != HELD and w.force[w.normal[i]] > 0.0:
+        began = w.pulls[i, r + 1] == 1.0 and w.slip[i] != NONE
+        if began and w.mode[i] != HELD and w.force[w.normal[i]] > 0.0:
             w.slip[i] = CREEPS
             w.way[i, 0], w.way[i, 1] = w.pulls[i, r + 2], w.pulls[i, r + 3]
     find_forces(w, w.y)
@@ -229,8 +230,8 @@ def _start_slip(w: Wave, i: int) -> None:
     if force > 0.0 and pull > 0.0 and _is_held(w, i, b11, b12, b22, f1, f2):
         # It gives all it has, and the others take the rest.
         w.slip[i], s1, s2 = LEANS, -f1 / pull, -f2 / pull
-    elif not size > 0.0:
-        w.slip[i] = STICKS
+    elif not size > AT_CHANGE * _largest(w):
+        # Without friction it stays where it is: what is held along normals holds it.
         find_forces(w, w.y)
         return
     else:

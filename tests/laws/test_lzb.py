@@ -11,9 +11,10 @@ import impulsekit as ik
 from impulsekit.bench.truths.space_paths import Spatial, space_error
 from impulsekit.impact.contact_space import ContactProblem, solve_contacts
 from impulsekit.laws import lzb
-from impulsekit.laws.lzb import strike_by_energy
+from impulsekit.laws.lzb import Waved, strike_by_energy
 from impulsekit.laws.path import follow
 from impulsekit.laws.progress import path_memory
+from impulsekit.laws.status import Status
 from impulsekit.laws.words import STRONGE
 from tests.reference.models import mass_matrix
 
@@ -349,3 +350,40 @@ def test_a_support_that_parts_and_is_met_again_is_refused():
     with pytest.raises(ik.errors.InputError, match=r"contact 1 .* met again at .* m/s"):
         ik.solve(scene, box.neutral(), v)
     assert ik.solve_batch(scene, box.neutral(), v[None]).status[0] == ik.Status.REFUSED
+
+
+def on_hinges(ways, speeds, coupling=0.0):
+    """W and u_free of points on hinges of unit inertia, each moved along its own line (k, 3)."""
+    J = np.zeros((3 * len(ways), len(ways)))
+    for i, way in enumerate(ways):
+        J[3 * i : 3 * i + 3, i] = way
+    M = np.eye(len(ways)) + coupling * (1.0 - np.eye(len(ways)))
+    return J @ np.linalg.solve(M, J.T), J @ np.asarray(speeds)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 1e-7])
+def test_what_friction_wedges_without_restitution_ends_where_it_stops(coupling):
+    """P_n = |θ̇|/(j_n + µ |j_t|) as slip stops; from there its force would stay for ever."""
+    ways, mu = np.array(((0.8, 0.0, 0.6), (-0.3, 0.4, 1.0))), np.array((1.0, 3.0))
+    W, free = on_hinges(ways, (-1.0, -2.0), coupling)
+    none, ones = np.zeros(2), np.ones(2)
+    struck = Waved(*strike_by_energy(W, free, none, mu, np.array((1.0, 0.3)), 1.5))
+    assert struck.status is Status.SOLVED
+    across = np.linalg.norm(ways[:, :2], axis=1)
+    expected = np.array((1.0, 2.0)) / (ways[:, 2] + mu * across)
+    assert struck.impulse[2::3] == pytest.approx(expected, rel=1e-9 + 3.0 * coupling)
+    assert np.abs(struck.after).max() < 1e-9
+    half = Waved(*strike_by_energy(W, free, 0.5 * ones, mu, np.array((1.0, 0.3)), 1.5))
+    assert half.status is Status.NO_SOLUTION
+    # Out of the cone it is thrown back.
+    slippery = Waved(*strike_by_energy(W, free, 0.5 * ones, 0.1 * mu, np.array((1.0, 0.3)), 1.5))
+    assert slippery.status is Status.SOLVED
+    assert (slippery.after[2::3] > 0.1).all()
+
+
+def test_of_two_that_are_wedged_the_one_without_restitution_ends():
+    ways, mu = np.array(((0.8, 0.0, 0.6), (-0.3, 0.4, 1.0))), np.array((1.0, 3.0))
+    W, free = on_hinges(ways, (-1.0, -2.0))
+    hit = Waved(*strike_by_energy(W, free, np.array((0.0, 0.5)), mu, np.ones(2), 1.5))
+    assert hit.status is Status.NO_SOLUTION
+    assert hit.steps < 600
