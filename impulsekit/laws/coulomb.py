@@ -203,11 +203,15 @@ def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -
         return 0.0, 0.0
     if regular > NO_INERTIA * t11 * t22:
         p1, p2 = solve_pair(t11, t12, t22, r1, r2)
+        held = True
     else:
-        # Of rank one, and r in its range.
+        # Of rank one: it stops slip along its range alone, and other slip takes all friction.
         p1, p2 = r1 / trace, r2 / trace
+        off1, off2 = r1 - (t11 * p1 + t12 * p2), r2 - (t12 * p1 + t22 * p2)
+        terms = abs(b1) + abs(b2) + (abs(n1) + abs(n2)) * pn
+        held = math.sqrt(off1 * off1 + off2 * off2) <= STOPPABLE * terms
     length = math.sqrt(r1 * r1 + r2 * r2)
-    if math.sqrt(p1 * p1 + p2 * p2) <= bound or length == 0.0:
+    if (held and math.sqrt(p1 * p1 + p2 * p2) <= bound) or length == 0.0:
         return p1, p2
     # On the edge: |(W_tt + k)⁻¹ r| = bound. Its inverse is concave in k, so that Newton
     # from a k that is too small climbs to the root and never passes it.

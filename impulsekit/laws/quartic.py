@@ -32,14 +32,14 @@ Directions = tuple[int, Pair, Pair, Pair, Pair]
 Monic = tuple[float, float, float, float]
 _Matrix = tuple[float, float, float, float, float, float]
 
-# Of W_nn, what friction may leave of it before P_n is no longer of the size of b_n.
+# Of W_nn + µ |w|, what friction may leave before P_n is no longer of the size of b_n.
 GRAZING = 1e-6
 # A double root by rounding: the quartic, its coefficients below 1, comes so near to zero there,
 # or has its root so little below zero.
 TOUCHES, BELOW = 1e-10, 1e-7
 # No root is above 1 as the coefficients are scaled; beyond that by rounding.
 TOP = 1.01
-# W_nn − µ w·s below this share of W_nn is rounding, and P_n would have no digits.
+# W_nn − µ w·s below this share of W_nn + µ |w| is rounding, and P_n would have no digits.
 NO_DIGITS = 1e-11
 # What moves, couples or slips out of a plane by less than this share does so by rounding, and
 # slip that goes back by less than this does not.
@@ -149,8 +149,8 @@ def _with(
     b_t = λ s + P_n (µ W_tt s − w) gives λ.
     """
     t11, t12, t22, n1, n2, nn = block
-    left = nn - mu * (n1 * s1 + n2 * s2)
-    if left * bn >= 0.0 or abs(left) <= NO_DIGITS * nn:
+    left, terms = nn - mu * (n1 * s1 + n2 * s2), nn + mu * math.sqrt(n1 * n1 + n2 * n2)
+    if left * bn >= 0.0 or abs(left) <= NO_DIGITS * terms:
         return found
     count, one, two, three, four = found
     if count > 0:
@@ -162,7 +162,7 @@ def _with(
         )
         if nearest <= SAME_DIRECTION:
             return found
-    if abs(left) <= GRAZING * nn:
+    if abs(left) <= GRAZING * terms:
         a1, a2 = mu * (t11 * s1 + t12 * s2) - n1, mu * (t12 * s1 + t22 * s2) - n2
         across = s1 * a2 - s2 * a1
         told = abs(across) > ACROSS * math.sqrt(a1 * a1 + a2 * a2)

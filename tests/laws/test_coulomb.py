@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.laws.coulomb import can_press
+from impulsekit.laws.coulomb import bounded_friction, can_press
 from impulsekit.laws.quartic import slides
 from impulsekit.laws.single import Hit, hit_contact
 from impulsekit.laws.status import Status
@@ -121,3 +121,51 @@ def test_the_law_knows_no_unit_of_velocity(size, restitution):
         )
         assert whole.status is small.status
         np.testing.assert_allclose(np.array(small.impulse) / size, whole.impulse, rtol=1e-9)
+
+
+@pytest.mark.parametrize("mu", [0.3, 5.0, 1e3, 1e4])
+@both
+def test_of_a_contact_with_one_way_to_go_on_a_belt_the_slip_is_known(run, mu):
+    """W = j jᵀ and slip that j cannot stop: ξ = b − j b_n/j_n, and P_n j·(−µ s, 1) = −b_n/j_n.
+
+    Where that has no P_n > 0, a slip across j would need one of which W P is rounding alone.
+    """
+    rng = np.random.default_rng(5)
+    solved = 0
+    for _ in range(300):
+        j, b = rng.normal(size=3), rng.normal(size=3)
+        b[2] = -abs(b[2])
+        xi = b - j * b[2] / j[2]
+        s = xi[:2] / np.linalg.norm(xi[:2])
+        normal = -b[2] / j[2] / (j[2] - mu * j[:2] @ s)
+        W = np.outer(j, j)
+        hit = run(block_of(W), tuple(b), tuple(b), 0.0, mu, 0.0, NEWTON)
+        if normal > 0.0:
+            solved += 1
+            assert hit.status in (Status.SOLVED, Status.PAINLEVE_JAM)
+            assert hit.impulse == pytest.approx((*(-mu * normal * s), normal), rel=1e-6)
+        else:
+            assert hit.status is Status.NO_SOLUTION
+    assert 50 < solved < 290
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-3, 1.0])
+def test_friction_that_stops_one_way_alone_opposes_other_slip_with_all_it_has(off):
+    """Least ½ P_tᵀ W_tt P_t + P_t·b_t within |P_t| ≤ µ P_n, W_tt of rank one: against a scan."""
+    rng = np.random.default_rng(6)
+    for _ in range(100):
+        j, pn = rng.normal(size=3), rng.uniform(0.1, 2.0)
+        W = np.outer(j, j)
+        b = rng.normal() * j[:2] + off * rng.normal() * np.array((-j[1], j[0]))
+        P = np.array(bounded_friction(block_of(W), b[0], b[1], pn, 0.8))
+        angles = np.linspace(0.0, 2.0 * np.pi, 20_001)
+        edge = 0.8 * pn * np.stack((np.cos(angles), np.sin(angles)))
+        c = b + W[:2, 2] * pn
+
+        def cost(p, j=j, c=c):
+            return 0.5 * (j[:2] @ p) ** 2 + c @ p
+
+        assert np.linalg.norm(P) <= 0.8 * pn * (1.0 + 1e-12)
+        assert cost(P) <= cost(edge).min() + 1e-12
+        if off > 0.0:
+            assert np.linalg.norm(P) == pytest.approx(0.8 * pn)

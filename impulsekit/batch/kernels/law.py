@@ -9,6 +9,7 @@ from ...laws.progress import Block, Triple
 from ...laws.several import newton, poisson
 from ...laws.single import Hit, hit_contact
 from ...laws.status import Status
+from ...laws.tolerances import RESIDUAL_LIMIT
 from ...laws.words import NEWTON
 from ...laws.workspace import workspace
 from ...tolerances import EPS
@@ -26,6 +27,7 @@ ROUGH = 2.0 * FINE
 # Of many contacts no less than the rounding of W P, a sum of so many terms, is asked for.
 ROUNDED = 0.5 * EPS
 _SOLVED, _NOT_UNIQUE = int(Status.SOLVED), int(Status.NOT_UNIQUE)
+_JAM = int(Status.PAINLEVE_JAM)
 _GAIN, _MANY = int(Status.ENERGY_GAIN), int(Status.MANY_SOLUTIONS)
 
 
@@ -55,7 +57,8 @@ def _one_touches(
         block, before, free, e, mu, e_t, restitution
     )
     hit = Hit(impulse, after, code, residual, normal, friction)
-    if is_left(block, before, free, e, mu, e_t, restitution, hit, digits):
+    left = is_left(block, before, free, e, mu, e_t, restitution, hit, digits)
+    if left or (residual > RESIDUAL_LIMIT and code in (_SOLVED, _JAM, _NOT_UNIQUE)):
         code = AGAIN
     elif code in (_NOT_UNIQUE, _MANY):
         code = judge_lone(block, before, free, e, mu, e_t, restitution, impulse, code)
