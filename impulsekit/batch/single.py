@@ -135,7 +135,8 @@ def _write(scene: Scene, impact: Impact, row: int, arrays: dict[str, np.ndarray]
             array[row] = [impact.reactions[name] for name in scene.robot.joint_names]
         elif name == "bodies":
             moved = [impact.bodies[link.name] for link in scene.robot.links]
-            array[row] = [[*body.dv_com, *body.domega] for body in moved]
+            changes = [[*body.dv_com, *body.domega] for body in moved]
+            array[row] = np.reshape(changes, array[row].shape)
         else:
             array[row] = getattr(impact, name)
 

@@ -9,6 +9,7 @@ import numpy as np
 from .approach import block_at
 from .borrowed import borrowing
 from .compiled import compiled, entry
+from .groups import find_groups
 from .order import NOISE, fastest, foremost, pace_of
 from .path import follow
 from .progress import (
@@ -32,7 +33,7 @@ from .tolerances import CLEAR, GAIN, NEGLIGIBLE, RESIDUAL_LIMIT
 from .words import END, NEWTON
 
 __all__ = [
-    "CODE", "COUNT", "ENDED", "FIRST", "GOES_ON", "LAST", "LONG", "REFUSED", "SPENT", "TIED",
+    "CODE", "COUNT", "ENDED", "FIRST", "GOES_ON", "LAST", "LONG", "REFUSED", "TIED",
     "WORST", "Contacts", "Sequence", "advance", "advance_sequence", "begin", "end_code",
     "sequence_of",
 ]  # fmt: skip
@@ -64,10 +65,9 @@ NO_MOTION = 1e-13
 ENDED, GOES_ON, REFUSED = 0, 1, 2
 # Where in ``Sequence.now`` is what: how many hits; |u_n|/√W_nn of the fastest contact at first, and
 # the largest of LONG hits, LONG hits ago; at how many hits it was looked; whether the order of the
-# entries said which of two was hit first; the sum of |works| and |P·u|; the largest residual; the
-# status so far; the size of u⁻; as LAST, at the last count that was LONG times a power of two; as
-# LAST, of the hits since.
-COUNT, FIRST, LAST, LOOKED, TIED, SPENT, WORST, CODE, SCALE, HALFWAY, PEAK, _SIZE = range(12)
+# entries said which of two was hit first; the largest residual; the status so far; the size of u⁻;
+# as LAST, at the last count that was LONG times a power of two; as LAST, of the hits since.
+COUNT, FIRST, LAST, LOOKED, TIED, WORST, CODE, SCALE, HALFWAY, PEAK, _SIZE = range(11)
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
 _JAM, _NOT_UNIQUE = int(Status.PAINLEVE_JAM), int(Status.NOT_UNIQUE)
 _TOO_LONG = int(Status.SEQUENCE_TOO_LONG)
@@ -98,6 +98,7 @@ class Sequence(NamedTuple):
     Attributes:
         velocity, impulse: (3n,) u now [m/s], P so far [N s].
         normal, friction: (n,) works [J].
+        spent: (n,) the sums of |works| and |P·u| [J].
         unique: (n,) whether each impulse is determined.
         motions: (n, 3, 3) the projection on the relative velocities that each contact can have.
         limited: (n,) whether these are not all.
@@ -108,6 +109,7 @@ class Sequence(NamedTuple):
     impulse: np.ndarray
     normal: np.ndarray
     friction: np.ndarray
+    spent: np.ndarray
     unique: np.ndarray
     motions: np.ndarray
     limited: np.ndarray
@@ -118,8 +120,8 @@ class Sequence(NamedTuple):
 def sequence_of(n: int) -> Sequence:
     """Room for n contacts."""
     return Sequence(
-        np.zeros(3 * n), np.zeros(3 * n), np.zeros(n), np.zeros(n), np.ones(n, np.bool_),
-        np.zeros((n, 3, 3)), np.zeros(n, np.bool_), np.zeros(_SIZE),
+        np.zeros(3 * n), np.zeros(3 * n), np.zeros(n), np.zeros(n), np.zeros(n),
+        np.ones(n, np.bool_), np.zeros((n, 3, 3)), np.zeros(n, np.bool_), np.zeros(_SIZE),
     )  # fmt: skip
 
 
@@ -132,6 +134,7 @@ def begin(sequence: Sequence, contacts: Contacts, before: np.ndarray, n: int) ->
         sequence.now[SCALE] = max(sequence.now[SCALE], abs(before[k]))
     for i in range(n):
         sequence.normal[i], sequence.friction[i], sequence.unique[i] = 0.0, 0.0, True
+        sequence.spent[i] = 0.0
         sequence.limited[i] = _limit(contacts.W, 3 * i, contacts.mu[i], sequence.motions[i])
 
 
@@ -184,6 +187,7 @@ def advance(
     # Taken out here: an array that is taken out of a tuple is counted every time.
     now, velocity, impulse = sequence.now, sequence.velocity, sequence.impulse
     normal, friction, limited = sequence.normal, sequence.friction, sequence.limited
+    spent = sequence.spent
     W, free, e, mu, e_t = contacts.W, contacts.free, contacts.e, contacts.mu, contacts.e_t
     plain = contacts.slip == END and contacts.restitution == NEWTON
     first_hit = int(now[COUNT])
@@ -243,6 +247,10 @@ def advance(
         hits[at, 0], hits[at, 1], hits[at, 2] = hit.impulse
         normal[i] += hit.normal_work
         friction[i] += hit.friction_work
+        # Where nothing is lost, works are but the rounding of what went in and came back.
+        spent[i] += abs(hit.normal_work) + abs(hit.friction_work)
+        for j in range(3):
+            spent[i] += abs(hit.impulse[j] * start[j])
         _take(now, velocity, impulse, W, n, k, hit)
         if hit.code == _NOT_UNIQUE:
             sequence.unique[i] = False
@@ -295,9 +303,6 @@ def _take(
     """Go on from behind a hit of the contact whose rows begin at k."""
     p1, p2, pn = hit.impulse
     now[WORST] = max(now[WORST], hit.residual)
-    # Where nothing is lost, works are but the rounding of what went in and came back.
-    now[SPENT] += abs(hit.normal_work) + abs(hit.friction_work)
-    now[SPENT] += abs(p1 * velocity[k]) + abs(p2 * velocity[k + 1]) + abs(pn * velocity[k + 2])
     impulse[k] += p1
     impulse[k + 1] += p2
     impulse[k + 2] += pn
@@ -310,18 +315,39 @@ def _take(
 
 
 @borrowing
-def end_code(sequence: Sequence, n: int) -> int:
+def end_code(sequence: Sequence, contacts: Contacts, n: int) -> int:
     """The code of a sequence that is over."""
     code = int(sequence.now[CODE])
-    works = 0.0
     unique = True
     for i in range(n):
-        works += sequence.normal[i] + sequence.friction[i]
         unique = unique and sequence.unique[i]
-    # One hit may gain what the others lose: the sum is what counts.
-    if code in (_SOLVED, _JAM) and works > GAIN * sequence.now[SPENT]:
+    if code in (_SOLVED, _JAM) and _gains(sequence, contacts, n):
         return _GAIN
     return _NOT_UNIQUE if code == _SOLVED and not unique else code
+
+
+@borrowing
+def _gains(sequence: Sequence, contacts: Contacts, n: int) -> bool:
+    """Whether contacts that act on each other gain energy together.
+
+    One hit may gain what others of these lose; what bodies lose that lie apart counts for nothing.
+    """
+    normal, friction, spent = sequence.normal, sequence.friction, sequence.spent
+    any_gains = False
+    for i in range(n):
+        any_gains = any_gains or normal[i] + friction[i] > 0.0
+    if not any_gains:
+        return False
+    group, queue = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    for number in range(find_groups(contacts.W, contacts.mu, n, group, queue)):
+        works, size = 0.0, 0.0
+        for i in range(n):
+            if group[i] == number:
+                works += normal[i] + friction[i]
+                size += spent[i]
+        if works > GAIN * size:
+            return True
+    return False
 
 
 def _examples() -> tuple[object, ...]:
@@ -345,4 +371,4 @@ def advance_sequence(
     if sequence.now[COUNT] == 0.0:
         begin(sequence, contacts, before, n)
     step = advance(sequence, contacts, n, until, who, hits, memory)
-    return step, end_code(sequence, n)
+    return step, end_code(sequence, contacts, n)

@@ -213,3 +213,17 @@ def test_moments_against_rolling_and_spin_are_borne_by_joints():
         own = np.array([one.reactions[name] for name in arm.joint_names])
         assert batch.reactions[row] == pytest.approx(own, abs=1e-12)
     assert turned > 0.1
+
+
+def test_a_robot_without_links_has_no_bodies_to_tell():
+    model = pin.Model()
+    kind = pin.JointModelUniversal(np.array((1.0, 0.0, 0.0)), np.array((0.0, 1.0, 0.0)))
+    joint = model.addJoint(0, kind, pin.SE3.Identity(), "cross")
+    model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Identity())
+    placement = pin.SE3(np.eye(3), np.array((0.0, 0.0, 1.0)))
+    model.addFrame(pin.Frame("tip", joint, 0, placement, pin.FrameType.OP_FRAME))
+    robot = ik.Robot.from_model(model)
+    scene = ik.Scene(robot, contacts=[ik.Contact("tip", normal=[1, 0, 0])], gap_bound=np.inf)
+    v = np.array([[1.0, -1.0]] * 2)
+    batch = ik.solve_batch(scene, robot.neutral(), v, outputs=("bodies",))
+    assert batch.single.all() and batch.bodies.shape == (2, 0, 6)

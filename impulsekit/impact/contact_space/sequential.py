@@ -44,7 +44,7 @@ class _Steps:
         # One contact alone is Stronge's, whatever its stiffness.
         word = "stronge" if law.restitution == "lzb" else law.restitution
         self._before = in_order(problem.velocity_before)
-        self._contacts = Contacts(
+        self.contacts = Contacts(
             in_order(problem.delassus),
             in_order(problem.velocity_free),
             in_order(problem.restitution),
@@ -64,7 +64,7 @@ class _Steps:
         room = max(until - count, 1)
         who, hits = np.empty(room, np.int64), np.empty((room, 3))
         step, code = advance_sequence(
-            self.state, self._contacts, self._before, until, who, hits, self._memory
+            self.state, self.contacts, self._before, until, who, hits, self._memory
         )
         if step == REFUSED:
             refuse_tangential(self._law)
@@ -95,7 +95,7 @@ def solve_sequential(problem: ContactProblem, law: Law) -> ContactSolution:
             state.friction[:] += works[0::3] + works[1::3]
             steps.hits.clear()
             if is_at_rest(problem, state.velocity, jump.off):
-                status = BY_CODE[end_code(state, len(problem.friction))]
+                status = BY_CODE[end_code(state, steps.contacts, len(problem.friction))]
                 break
     return ContactSolution(
         state.impulse,
