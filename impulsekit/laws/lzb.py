@@ -325,7 +325,7 @@ def _run(w: Wave, cap: float) -> int:
     step, rubs = FIRST, len(w.free) > len(w.kappa)
     choose_slips(w)
     for count in range(MOST_STEPS):
-        if _is_over(w) or (_is_wedged(w) and not end_compressions(w)):
+        if _is_over(w) or (rubs and _is_wedged(w) and not end_compressions(w)):
             return count
         if rubs and count >= MOST_WITH_FRICTION:
             return MOST_STEPS

@@ -99,6 +99,7 @@ class Sequence(NamedTuple):
         velocity, impulse: (3n,) u now [m/s], P so far [N s].
         normal, friction: (n,) works [J].
         spent: (n,) the sums of |works| and |P·u| [J].
+        group, queue: (n,) which contacts act on each other, and room to find that.
         unique: (n,) whether each impulse is determined.
         motions: (n, 3, 3) the projection on the relative velocities that each contact can have.
         limited: (n,) whether these are not all.
@@ -110,6 +111,8 @@ class Sequence(NamedTuple):
     normal: np.ndarray
     friction: np.ndarray
     spent: np.ndarray
+    group: np.ndarray
+    queue: np.ndarray
     unique: np.ndarray
     motions: np.ndarray
     limited: np.ndarray
@@ -121,7 +124,8 @@ def sequence_of(n: int) -> Sequence:
     """Room for n contacts."""
     return Sequence(
         np.zeros(3 * n), np.zeros(3 * n), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.ones(n, np.bool_), np.zeros((n, 3, 3)), np.zeros(n, np.bool_), np.zeros(_SIZE),
+        np.zeros(n, np.int64), np.zeros(n, np.int64), np.ones(n, np.bool_),
+        np.zeros((n, 3, 3)), np.zeros(n, np.bool_), np.zeros(_SIZE),
     )  # fmt: skip
 
 
@@ -338,8 +342,8 @@ def _gains(sequence: Sequence, contacts: Contacts, n: int) -> bool:
         any_gains = any_gains or normal[i] + friction[i] > 0.0
     if not any_gains:
         return False
-    group, queue = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    for number in range(find_groups(contacts.W, contacts.mu, n, group, queue)):
+    group = sequence.group
+    for number in range(find_groups(contacts.W, contacts.mu, n, group, sequence.queue)):
         works, size = 0.0, 0.0
         for i in range(n):
             if group[i] == number:
