@@ -58,6 +58,9 @@ class MjcfRobot:
         self._root = root
         self.assumptions: list[str] = []
         self._refuse()
+        # "world" comes first, whose frame is there already.
+        self._body_names = self._free_names("body", [mj.body(i).name for i in range(mj.nbody)])
+        self._joint_names = self._free_names("joint", [mj.joint(i).name for i in range(mj.njnt)])
         for body in range(1, mj.nbody):
             self._add_body(body)
         self._add_sites()
@@ -73,7 +76,7 @@ class MjcfRobot:
         above = int(mj.body_parentid[body])
         joint_id = self._joint_of_body[above]
         placement = self._in_joint[above] * _placement(mj.body_pos[body], mj.body_quat[body])
-        name = self._name(mj.body(body).name, f"body_{body}")
+        name = self._body_names[body]
         joints = list(range(mj.body_jntadr[body], mj.body_jntadr[body] + mj.body_jntnum[body]))
         if above == 0:
             joints, joint_id, placement = self._at_root(joints, name, joint_id, placement)
@@ -108,6 +111,13 @@ class MjcfRobot:
         kind, _ = root_joint(self._root)
         several = sum(self._mj.body_parentid[1:] == 0) > 1
         own = f"{name}_root_joint" if several else "root_joint"
+        if own in self._joint_names:
+            taken, own = own, f"world_{own}"
+            while own in self._joint_names:
+                own += "_"
+            self.assumptions.append(
+                f'the robot has a joint "{taken}", so the root joint is named "{own}"'
+            )
         joint_id = self._new_joint(joint_id, kind, placement, own)
         return joints, joint_id, pin.SE3.Identity()
 
@@ -115,8 +125,7 @@ class MjcfRobot:
         """Add one joint; its number and where the body's frame is in the joint's."""
         mj = self._mj
         kind = int(mj.jnt_type[joint])
-        body_name = mj.body(int(mj.jnt_bodyid[joint])).name
-        name = self._name(mj.joint(joint).name, f"{body_name or 'body'}_joint_{joint}")
+        name = self._joint_names[joint]
         if kind == _FREE:
             joint_id = self._new_joint(above, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
             self._bounds(joint, joint_id)
@@ -190,6 +199,30 @@ class MjcfRobot:
             return f"{name}_body"
         return name or otherwise
 
+    def _free_names(self, kind: str, given: list[str]) -> list[str]:
+        """A name of its own for each body or joint; what has none gets one that the file leaves.
+
+        A frame of a name that is there already would be left out, with its inertia.
+        """
+        taken, names = set(given), []
+        for i, name in enumerate(given):
+            wanted = self._name(name, self._otherwise(kind, i))
+            own = wanted
+            while own != name and own in taken:
+                own += "_"
+            if own != wanted:
+                called = f'"{name}"' if name else f"number {i}, which has no name,"
+                self.assumptions.append(f'{kind} {called} is called "{own}"')
+            taken.add(own)
+            names.append(own)
+        return names
+
+    def _otherwise(self, kind: str, i: int) -> str:
+        if kind == "body":
+            return f"body_{i}"
+        body_name = self._mj.body(int(self._mj.jnt_bodyid[i])).name
+        return f"{body_name or 'body'}_joint_{i}"
+
     # -- what else the file holds ----------------------------------------------------
 
     def _loops(self) -> Iterator[Loop]:
@@ -226,14 +259,10 @@ class MjcfRobot:
         return Loop(kind, name, frames[1], frames[0], first, None)
 
     def _coupling(self, i: int, name: str, ends: tuple[int, int]) -> Loop:
-        names = [self._joint_name(end) for end in ends if end >= 0]
+        names = [self._joint_names[end] for end in ends if end >= 0]
         if len(names) == 1:
             return Loop("lock", name, names[0])
         return Loop("coupling", name, names[0], names[1], ratio=float(self._mj.eq_data[i][1]))
-
-    def _joint_name(self, joint: int) -> str:
-        body_name = self._mj.body(int(self._mj.jnt_bodyid[joint])).name
-        return self._name(self._mj.joint(joint).name, f"{body_name or 'body'}_joint_{joint}")
 
     def _refuse(self) -> None:
         mj = self._mj

@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import pinocchio as pin
@@ -41,7 +41,7 @@ class RobotReaders(RobotBase):
         root: str | pin.JointModel = "fixed",
         *,
         mimic: bool = False,
-        package_dirs: Iterable[str | os.PathLike[str]] = (),
+        package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
         """A robot from a URDF file or from URDF text (anything that starts with "<").
 
@@ -52,10 +52,10 @@ class RobotReaders(RobotBase):
                 ``pin.JointModel``, between the world and the root link.
             mimic: True lets mimic joints follow their leader; False (Pinocchio's
                 default) lets each move on its own.
-            package_dirs: folders of packages, for "package://", and of other meshes, needed
-                only when geometry is. Meshes are read from these, the URDF's own folder, the
-                folder of the package that it is in (one with a package.xml) and
-                ROS_PACKAGE_PATH, and from nowhere else.
+            package_dirs: a folder, or folders, of packages, for "package://", and of other
+                meshes, needed only when geometry is. Meshes are read from these, the URDF's
+                own folder, the folder of the package that it is in (one with a package.xml)
+                and ROS_PACKAGE_PATH, and from nowhere else.
 
         Rotor inertia and gear ratio in a <transmission> become the armature of its joint.
         Files as exporters write them are taken where their meaning is clear: an
@@ -85,7 +85,7 @@ class RobotReaders(RobotBase):
             None if urdf.path is None else os.path.abspath(urdf.path),
             root_name,
             mimic,
-            package_dirs=tuple(os.path.abspath(os.fspath(folder)) for folder in package_dirs),
+            package_dirs=tuple(map(os.path.abspath, _folders(package_dirs))),
             assumptions=tuple(assumptions),
         )
         warn_of_assumptions(part.label, assumptions)
@@ -179,7 +179,7 @@ class RobotReaders(RobotBase):
         root: str | pin.JointModel = "fixed",
         *,
         model: str | None = None,
-        package_dirs: Iterable[str | os.PathLike[str]] = (),
+        package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
         """A robot from a <model> of SDF, the format of Gazebo.
 
@@ -209,7 +209,7 @@ class RobotReaders(RobotBase):
 
         read = read_sdf(source, model)
         label = read.path or "SDF text"
-        package_dirs = (*package_dirs, *folders_of_file(read.path))
+        package_dirs = (*_folders(package_dirs), *folders_of_file(read.path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AssumptionWarning)
             try:
@@ -229,7 +229,7 @@ class RobotReaders(RobotBase):
         path: str | os.PathLike[str],
         root: str | None = None,
         *,
-        package_dirs: Iterable[str | os.PathLike[str]] = (),
+        package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
         """A robot from a URDF, xacro, MJCF or SDF file, told apart by the outermost element.
 
@@ -295,3 +295,14 @@ class RobotReaders(RobotBase):
         check_finite(model)
         root = model.joints[1].shortname() if model.njoints > 1 else "fixed"
         return cls(pin.Model(model), (RobotPart(None, root=root),), model.name or "robot")
+
+
+def _folders(package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
+    """The folders; one alone may stand for a list of one."""
+    if isinstance(package_dirs, str | os.PathLike):
+        return [os.fspath(package_dirs)]
+    given: list[Any] = list(package_dirs) if isinstance(package_dirs, Iterable) else [package_dirs]
+    for folder in given:
+        if not isinstance(folder, str | os.PathLike):
+            raise InputError(f"package_dirs: {a_thing(folder)} is no folder; give paths of folders")
+    return [os.fspath(folder) for folder in given]

@@ -140,7 +140,7 @@ def mesh_path(filename: str, folders: Sequence[str], source: str, element: str) 
     rest = filename.removeprefix("package://").removeprefix("file://")
     if filename.startswith("package://"):
         rest = rest.lstrip("/")
-    outside, led = False, ""
+    outside, led = not folders and os.path.isabs(rest), ""
     real_folders = [os.path.realpath(folder) for folder in folders]
     for folder in folders:
         path = os.path.normpath(os.path.join(folder, rest))

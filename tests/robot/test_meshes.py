@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gc
+import pathlib
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit.errors import InputError
 from impulsekit.robot import meshes
 from impulsekit.robot.meshes import loader_of, mesh_paths
 
@@ -66,3 +68,16 @@ def test_what_was_read_goes_with_the_last_robot_that_shows_it(robot_of):
     del robot
     gc.collect()
     assert not any(stamp[0] == path for stamps in meshes._loaders for stamp in stamps)
+
+
+@pytest.mark.parametrize("kind", [str, pathlib.Path])
+def test_one_folder_may_be_given_by_itself(tmp_path, kind):
+    """A text was taken letter by letter, and its "/" opened the whole disk to meshes."""
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(2), package_dirs=kind(tmp_path))
+    assert robot.parts[0].package_dirs == (str(tmp_path),)
+
+
+@pytest.mark.parametrize("given", [None, [3], 3, [b"/tmp"]])
+def test_what_is_no_folder_is_refused(given):
+    with pytest.raises(InputError, match=r"package_dirs: .* is no folder; give paths of folders"):
+        ik.Robot.from_urdf(ik.models.pendulum_urdf(2), package_dirs=given)

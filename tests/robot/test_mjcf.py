@@ -395,3 +395,32 @@ def test_parents_and_excluded_bodies_do_not_meet():
     assert len(everything.contacts) == 4
     fewer = ik.Scene.of_robot(quiet(text.replace("</mujoco>", exclude)), file_contacts="all")
     assert len(fewer.contacts) == 3
+
+
+def test_a_body_without_a_name_gets_one_that_the_file_leaves():
+    """A frame of a name that was there already was left out, with its mass."""
+    text = mjcf(
+        "<body name='body_2'><freejoint name='free_joint_1'/><geom size='.1' mass='1'/></body>"
+        "<body pos='1 0 0'><freejoint/><geom size='.1' mass='5'/></body>"
+        "<body name='free'><freejoint/><geom size='.1' mass='7'/></body>"
+        "<body name='world_body'><joint/><geom size='.1' mass='11'/></body>"
+    )
+    with pytest.warns(AssumptionWarning, match='body number 2, which has no name, is called "bo'):
+        robot = ik.Robot.from_mjcf(text)
+    assert robot.mass == pytest.approx(mujoco.MjModel.from_xml_string(text).body_mass.sum())
+    assert len(set(robot.joint_names)) == 4
+    assert len({link.name for link in robot.links}) == 4
+
+
+def test_joints_without_names_and_the_root_joint_get_names_of_their_own():
+    text = mjcf(
+        "<body name='body_2'><joint name='body_joint_1'/><geom size='.1' mass='1'/></body>"
+        "<body><joint/><geom size='.1' mass='1'/></body>",
+        more="<option/>",
+    )
+    with pytest.warns(AssumptionWarning, match="joint number 1, which has no name"):
+        assert len(set(ik.Robot.from_mjcf(text).joint_names)) == 2
+    slide = mjcf("<body><joint name='root_joint' type='slide'/><geom size='.1'/></body>")
+    with pytest.warns(AssumptionWarning, match='the root joint is named "world_root_joint"'):
+        robot = ik.Robot.from_mjcf(slide, root="freeflyer")
+    assert robot.joint_names == ("world_root_joint", "root_joint")
