@@ -297,3 +297,11 @@ def test_a_warm_up_compiles_all_laws_and_kernels_once():
     lines = result.stdout.splitlines()
     assert lines[0].startswith("contact laws: ") and lines[-1].startswith("collisions, float64: ")
     assert any(line.startswith("stronge path sequential") for line in lines)
+
+
+def test_a_scene_is_solved_where_the_shell_has_closed_the_output():
+    done = subprocess.run(
+        f'"{sys.executable}" -m impulsekit solve "{CHAIN}" >&-', shell=True, cwd=ROOT,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0 and "bug" not in done.stderr

@@ -80,7 +80,8 @@ def show_report(impact: Impact, points: Sequence[ReportPoint], form: str = "text
 
     from ..view.report import report, report_blocks
 
-    if form == "text" and sys.stdout.isatty():
+    # Where the shell has closed it there is none.
+    if form == "text" and sys.stdout is not None and sys.stdout.isatty():
         from rich.console import Console
 
         from ..view.forms import as_rich

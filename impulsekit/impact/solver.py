@@ -11,8 +11,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import one_line
-from ..errors import check_kind, warn_of_setup
+from ..errors import NotFiniteError, check_kind, warn_of_setup
 from ..robot import state
+from ..robot.arrays import floats
 from ..robot.massless import is_always_regular
 from ..rows.reach import ReachedModel
 from ..scene import Scene
@@ -34,6 +35,8 @@ __all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_wit
 
 # So many numbers of a state are sooner squared by numpy than handed over one by one.
 MANY = 100
+# The only object of its kind: to ask whether it is this one is the quickest question.
+_FLOAT = np.dtype(float)
 
 
 class ImpactSolver:
@@ -127,9 +130,11 @@ class _Workspace:
         """The impact at q and v, which are copied and checked."""
         scene = self._at_start or scene
         try:
-            q = np.array(q, dtype=float)
-            v = np.array(v, dtype=float)
-        except (TypeError, ValueError, OverflowError):
+            if type(q) is type(v) is np.ndarray and q.dtype is v.dtype is _FLOAT:
+                q, v = np.array(q), np.array(v)
+            else:
+                q, v = floats(q, "q"), floats(v, "v")
+        except NotFiniteError:
             state.checked_configuration(self._model, q)
             state.checked_velocity(self._model, v)
             raise

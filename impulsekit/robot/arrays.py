@@ -10,6 +10,9 @@ from ..errors import NotFiniteError, ShapeError, quoted
 
 __all__ = ["array_of", "floats", "lock", "read_only"]
 
+# Truth values, integers, floats, and objects, of which Python makes floats.
+_NUMBERS = "biufO"
+
 
 def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
     """A copy as floats, of any shape.
@@ -18,14 +21,28 @@ def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
         copied: False where it is only read: an array of floats is given back as it is.
 
     Raises:
-        NotFiniteError: it does not hold numbers.
+        NotFiniteError: it does not hold real numbers, or some are masked.
     """
+    if type(value) is np.ndarray and value.dtype == float:
+        return np.array(value) if copied else value
     try:
-        return (np.array if copied else np.asarray)(value, dtype=float)
+        array = np.asarray(value)
+        # numpy would drop imaginary parts and masks, read texts, and count times in their units.
+        if array.dtype.kind not in _NUMBERS or _is_masked(value):
+            raise TypeError
+        if array.dtype != float:
+            return array.astype(float)
+        return np.array(array) if copied else array
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
             f"{what} must be numbers, got {quoted(value)}", what=what, where=what
         ) from None
+
+
+def _is_masked(value: Any) -> bool:
+    if isinstance(value, list | tuple) and value and isinstance(value[0], np.ndarray):
+        return any(map(_is_masked, value))
+    return isinstance(value, np.ndarray) and bool(np.any(getattr(value, "mask", False)))
 
 
 def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:

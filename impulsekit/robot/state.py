@@ -136,12 +136,12 @@ def _numbers(value: Any, what: str) -> np.ndarray:
 
 
 def _vector(value: Any, size: int, what: str) -> np.ndarray:
-    try:
-        vector = np.array(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise _no_numbers(value, size, what) from None
     if value is None:
         raise _no_numbers(value, size, what)
+    try:
+        vector = floats(value, what)
+    except NotFiniteError:
+        raise _no_numbers(value, size, what) from None
     if vector.shape != (size,):
         raise ShapeError.of(what, (size,), vector.shape)
     return vector

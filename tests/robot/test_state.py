@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from fractions import Fraction
 
 import numpy as np
 import pinocchio as pin
@@ -99,3 +100,34 @@ def test_an_angle_without_limits_that_reads_like_degrees_is_told():
         warnings.simplefilter("error")
         for angle in (0.0, 3.0, -6.2, 14.0, 523.6, 720.0, np.radians(90), [0.0, 1.0]):
             arm.configuration(j2s6s200_joint_1=angle)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        [1j] * 6,
+        np.ones(6) + 1j,
+        np.ma.masked_array(np.ones(6), mask=[0, 0, 1, 0, 0, 0]),
+        np.zeros(6, dtype="datetime64[s]"),
+        np.zeros(6, dtype="timedelta64[s]"),
+        np.zeros(6, dtype=[("q", float)]),
+        ["0"] * 6,
+        [np.complex128(1.0)] * 6,
+    ],
+    ids=["complex", "complex array", "masked", "times", "spans", "records", "texts", "scalars"],
+)
+def test_numbers_that_would_lose_something_are_refused(given):
+    """numpy makes floats of them: without imaginary parts, without masks, in units of its own."""
+    robot = ik.Robot.from_example("ur5")
+    scene = ik.Scene(robot)
+    with pytest.raises(errors.NotFiniteError, match="configuration q must be 6 numbers"):
+        ik.solve(scene, given, np.zeros(6))
+    with pytest.raises(errors.NotFiniteError, match="must be numbers"):
+        ik.solve_batch(scene, robot.neutral(), v=[given])
+
+
+def test_numbers_of_other_kinds_are_taken():
+    robot, q = ik.Robot.from_example("ur5"), np.arange(6) / 8.0
+    held = np.ma.masked_array(q)
+    for given in (q.astype(np.float32), q.astype(">f8"), list(map(Fraction, q)), held, tuple(q)):
+        assert np.array_equal(ik.solve(ik.Scene(robot), given, np.zeros(6)).q, q)
