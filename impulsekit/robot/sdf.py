@@ -69,6 +69,9 @@ def read_sdf(source: Any, model: str | None = None) -> SdfModel:
         raise sdf_error(
             label, "<sdf>", f"it holds {len(models)} models ({listed}); name one: model="
         )
+    if model is not None and names.count(model) > 1:
+        several = f"{names.count(model)} models have this name, each needs one of its own"
+        raise sdf_error(label, f'model "{shown(model)}"', several)
     chosen = models[0] if model is None else models[names.index(model)]
     written = _written(SdfElements(chosen, label), path)
     return replace(written, assumptions=(*repairs, *written.assumptions))

@@ -101,6 +101,8 @@ def axis_of(
         if frame not in model.links:
             raise model.error(element, f'expressed_in "{shown(frame)}" is no link')
         along = at.rotation.T @ model.placed[frame].rotation @ along
+    if axis.find("mimic") is not None:
+        model.assumed.append(f"{element}: its <mimic> is left out, it moves on its own")
     limit, dynamics = axis.find("limit"), axis.find("dynamics")
     lower, upper = (
         (sign * _ENDLESS if limit is None else _bound(model, limit, tag, sign, element))

@@ -34,6 +34,14 @@ def _inertial(model: SdfElements, link: Element, element: str) -> str:
         mass, moments = 1.0, [1.0, 0.0, 0.0, 1.0, 0.0, 1.0]
         place = pin.SE3.Identity()
     else:
+        if (inertial.get("auto") or "").strip() in ("1", "true"):
+            raise model.error(
+                element,
+                'its <inertial auto="true"> is worked out from shapes and densities, which is not '
+                "supported; give its <mass>, <pose> and <inertia>",
+            )
+        if inertial.find("fluid_added_mass") is not None:
+            model.assumed.append(f"{element}: its <fluid_added_mass> is left out")
         mass = model.number_in(inertial, "mass", 1.0, element)
         table = inertial.find("inertia")
         defaults = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0]

@@ -29,6 +29,8 @@ _DECLARED = re.compile(r"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _LISTING = re.compile(r",(?=\s)")
 # A number with one point more behind it.
 _DOTTED = re.compile(r"(\d*\.\d+)\.(?=\s|$)")
+# What a joint or a link has one of at most.
+_ONCE = ("axis", "child", "dynamics", "inertial", "limit", "mimic", "origin", "parent")
 _STRINGS_AND_COMMENTS = re.compile(r"<!--.*?-->|\"[^\"]*\"|'[^']*'", re.DOTALL)
 
 
@@ -86,6 +88,8 @@ def repair_tree(robot: Element, *, mimic: bool) -> list[str]:
     """
     told = _without_namespace(robot)
     told += _unknown_macros(robot)
+    told += _in_capitals(robot)
+    told += _repeated(robot)
     links = {link.get("name") for link in robot.findall("link")}
     told += with_world_link(robot, links)
     told += repair_inertias(robot)
@@ -119,6 +123,30 @@ def _unknown_macros(robot: Element) -> list[str]:
     if not names:
         return []
     return [f"macros that xacro left unexpanded are left out ({listed(sorted(set(names)))})"]
+
+
+def _in_capitals(robot: Element) -> list[str]:
+    """Elements that URDF writes in small letters: readers of URDF pass over them."""
+    found: dict[str, list[str]] = {}
+    for element in (*robot.findall("joint"), *robot.findall("link")):
+        for child in element:
+            if isinstance(child.tag, str) and child.tag.lower() in _ONCE and child.tag not in _ONCE:
+                found.setdefault(child.tag, []).append(element.get("name", ""))
+    return [
+        f"<{tag}> is ignored, URDF writes <{tag.lower()}> ({listed(names)})"
+        for tag, names in found.items()
+    ]
+
+
+def _repeated(robot: Element) -> list[str]:
+    found: dict[str, list[str]] = {}
+    for element in (*robot.findall("joint"), *robot.findall("link")):
+        for tag in _ONCE:
+            if len(element.findall(tag)) > 1:
+                found.setdefault(tag, []).append(element.get("name", ""))
+    return [
+        f"of several <{tag}> the first counts ({listed(names)})" for tag, names in found.items()
+    ]
 
 
 def _punctuation(robot: Element) -> list[str]:

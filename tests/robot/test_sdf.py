@@ -226,6 +226,7 @@ MISTAKES = [
     (sdf(link("a", frame="b"), link("b", frame="a")), "relative to itself"),
     (sdf(A, "<include><uri>model://arm</uri></include>"), "includes other models"),
     ("<sdf><model name='a'/><model name='b'/></sdf>", "2 models"),
+    (sdf(A.replace("<inertial>", "<inertial auto='true'>")), "give its <mass>"),
     ("<robot name='r'/>", "an SDF has <sdf>"),
     ("<sdf><model>", "not well-formed"),
     ("nowhere.sdf", "no such file"),
@@ -238,3 +239,18 @@ def test_a_mistake_is_named(text, words):
     with pytest.raises(MjcfError) as caught:
         ik.Robot.from_sdf(text)
     assert words in str(caught.value)
+
+
+def test_of_two_models_with_one_name_none_is_chosen():
+    text = f"<sdf version='1.9'><model name='m'>{A}</model><model name='m'>{B}</model></sdf>"
+    with pytest.raises(MjcfError, match="2 models have this name"):
+        ik.Robot.from_sdf(text, model="m")
+
+
+def test_what_of_a_link_or_axis_has_no_place_is_told():
+    wet = A.replace("<inertial>", "<inertial><fluid_added_mass><xx>1</xx></fluid_added_mass>")
+    follows = axis().replace("<axis>", "<axis><mimic joint='i'><multiplier>2</multiplier></mimic>")
+    with pytest.warns(AssumptionWarning):
+        robot = ik.Robot.from_sdf(sdf(wet, B, joint("j", "a", "b", inside=follows)))
+    assert 'link "a": its <fluid_added_mass> is left out' in robot.assumptions
+    assert 'joint "j": its <mimic> is left out, it moves on its own' in robot.assumptions

@@ -285,3 +285,18 @@ def test_a_spherical_joint_strikes_as_mujoco_s_ball():
     np.testing.assert_allclose(ours.domega, theirs.domega, rtol=1e-12)
     np.testing.assert_allclose(ours.dv_com, theirs.dv_com, rtol=1e-12)
     assert solves_and_checks(robot)
+
+
+def test_of_what_stands_there_twice_the_first_counts_and_that_is_told():
+    heavy = ARM.replace("</link>", "<inertial><mass value='7'/></inertial></link>")
+    twice = hinge(inside=LIMIT + "<limit lower='-2' upper='2' effort='5' velocity='6'/>")
+    robot, assumed = read_with_warning(robot_text(BASE, heavy, twice))
+    assert 'of several <inertial> the first counts ("arm")' in assumed
+    assert 'of several <limit> the first counts ("hinge")' in assumed
+    assert same_dynamics(robot, ik.Robot.from_urdf(CLEAN))
+
+
+def test_an_element_in_capitals_is_told():
+    robot, assumed = read_with_warning(robot_text(BASE, ARM, hinge().replace("<axis", "<Axis")))
+    assert '<Axis> is ignored, URDF writes <axis> ("hinge")' in assumed
+    assert robot.joint_names == ("hinge",)
