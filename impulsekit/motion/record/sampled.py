@@ -59,7 +59,7 @@ class SampledMotion(Displayed):
     ) -> None:
         self.scene = scene
         self.t = read_only(t)
-        self.impacts = impacts
+        self.impacts = tuple((float(time), impact) for time, impact in impacts)
         self.rests = rests
         self.status, self.settings = status, settings
         self.detail = detail
