@@ -2,8 +2,10 @@
 
 import importlib.metadata
 import json
+import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 
@@ -161,6 +163,51 @@ def test_in_a_process_of_its_own_nothing_else_is_said(tmp_path):
     )
     assert done.returncode == 2 and done.stdout == ""
     assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("closed", [1, 2])
+@pytest.mark.parametrize(
+    "words", [("solve", CHAIN), ("simulate", ROOT / "examples/dropped_ball.toml")]
+)
+def test_a_stream_that_the_caller_has_closed_is_not_written_to(words, closed):
+    command = [sys.executable, "-m", "impulsekit", *map(str, words)]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, preexec_fn=lambda: os.close(closed)
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "" and (done.stdout == "") == (closed == 1)
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        ("impulsekit.impact.solve", ("solve", CHAIN)),
+        ("impulsekit.robot.Robot.from_example", ("inspect", "panda")),
+        ("impulsekit.scenefile.load_scene", ("identify", CHAIN, CHAIN)),
+        ("impulsekit.study.load_study", ("batch", CHAIN)),
+    ],
+)
+def test_ctrl_c_is_said_and_has_its_own_status(monkeypatch, function, words):
+    def struck(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(function, struck)
+    result = run(*words)
+    assert result.exit_code == 130 and result.stdout == ""
+    assert result.stderr.splitlines()[-1] == "interrupted"
+    assert run("--debug", *words).exit_code == 1
+
+
+def test_a_motion_that_ctrl_c_has_ended_is_shown_with_that_status(monkeypatch):
+    monkeypatch.setattr(
+        "impulsekit.motion.run.load_shared", lambda: signal.raise_signal(signal.SIGINT)
+    )
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        result = run("simulate", ROOT / "examples/dropped_ball.toml")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert result.exit_code == 130 and "stopped at " in result.stderr
 
 
 def test_a_fault_of_our_own_is_one_line_unless_asked(monkeypatch):

@@ -1,6 +1,7 @@
 """``impulsekit init``, the grouped help and the search for robots."""
 
 import re
+import shlex
 
 import pytest
 from click.testing import CliRunner
@@ -13,7 +14,9 @@ def run(*arguments):
     return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
-@pytest.mark.parametrize(("robot", "root"), [("panda", "fixed"), ("solo12", "freeflyer")])
+@pytest.mark.parametrize(
+    ("robot", "root"), [("panda", "fixed"), ("solo12", "freeflyer"), ("ur5", "sagittal")]
+)
 def test_the_first_scene_solves(robot, root, tmp_path):
     path = tmp_path / "first.toml"
     assert run("init", path, "--robot", robot, "--root", root).exit_code == 0
@@ -36,6 +39,19 @@ def test_what_is_commented_out_is_valid_too(tmp_path):
     path.write_text("\n".join(entries), "utf-8")
     scene = ik.load_scene(path).scene
     assert len(scene.constraints) == len(scene.contacts) == 1
+
+
+def test_the_command_that_solves_it_can_be_pasted(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    told = run("init", "b ü.toml").stdout.strip()
+    command = told.partition("solve it: ")[2]
+    assert shlex.split(command) == ["impulsekit", "solve", "b ü.toml"]
+    assert "impulsekit solve 'b ü.toml' --html" in (tmp_path / "b ü.toml").read_text("utf-8")
+
+
+def test_inspect_knows_the_roots_that_robots_have():
+    told = run("inspect", "ur5", "--root", "sagittal")
+    assert told.exit_code == 0 and "9 degrees of freedom" in told.stdout
 
 
 def test_a_file_that_exists_is_kept(tmp_path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,8 +15,10 @@ from ..errors import (
     ShapeError,
     StateError,
     UnknownNameError,
+    quoted,
 )
 from ..robot import Robot
+from ..robot.arrays import floats
 from ..rows.entries import Site
 from ..scene import AppliedImpulse, JointImpulse
 from .kernels import layout
@@ -94,9 +96,12 @@ class LongTree:
             v: (nv,) velocity before; at rest by default.
 
         Raises:
+            InputError: no list of impulses.
             ShapeError, NotFiniteError, StateError: what is wrong with q or v.
             UnknownNameError: no link or joint of that name.
         """
+        if not isinstance(impulses, Iterable) or isinstance(impulses, str):
+            raise InputError(f"impulses must be a list of impulses, got {quoted(impulses)}")
         q = self.neutral() if q is None else _vector(q, self.nq, "configuration q")
         v = np.zeros(self.nv) if v is None else _vector(v, self.nv, "velocity v")
         self._check_units(q)
@@ -286,7 +291,7 @@ def long_tree(
 
 
 def _array(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
-    array = np.asarray(values, dtype=float)
+    array = floats(values, what, copied=False)
     if array.shape != shape:
         raise ShapeError.of(what, shape, array.shape)
     if not np.isfinite(array).all():

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing
+from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing, shown
 from ..reference import Arithmetic, KaneImpact, Rows
 from ..scene import GapContact, JointStop
 from .compare import compared
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from ..motion.record.trajectory import Trajectory
 
 __all__ = ["check"]
+
+# Digits of the reference. Some hundred tell all that doubles can; far more never end.
+MOST_DIGITS = 10_000
 
 
 @overload
@@ -55,7 +58,7 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
 
     Args:
         impact: a solved impact, or a motion.
-        digits: decimal digits of the reference (16 or more), by MPFR where gmpy2 is installed,
+        digits: decimal digits of the reference (16 to 10000), by MPFR where gmpy2 is installed,
             else by mpmath; by default doubles.
 
     Raises:
@@ -82,8 +85,8 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
 
             return check_motion(impact)
         raise InputError(f"check takes an Impact, not {a_thing(impact)}")
-    if digits is not None and not (isinstance(digits, int) and digits >= 16):
-        raise RangeError.of("digits", digits, "a whole number from 16 up")
+    if digits is not None and not (isinstance(digits, int) and 16 <= digits <= MOST_DIGITS):
+        raise RangeError.of("digits", shown(digits), f"a whole number from 16 to {MOST_DIGITS}")
     numbers = Arithmetic.double() if digits is None else Arithmetic.precise(digits)
     with numbers.precision():
         return _checked(impact, reference_robot(impact.scene.robot, numbers))

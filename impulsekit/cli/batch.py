@@ -6,10 +6,9 @@ from typing import Any
 
 import click
 
-__all__ = ["batch"]
+from .exits import INTERRUPTED
 
-# The exit status of a command that Ctrl-C has ended, as shells have it.
-INTERRUPTED = 130
+__all__ = ["batch"]
 
 
 @click.command()

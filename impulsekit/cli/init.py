@@ -14,7 +14,7 @@ FIRST_SCENE = """\
 
 [robot]
 example = "{robot}"                  # "impulsekit robots" lists more; or urdf = "my_robot.urdf"
-root = "{root}"                 # fixed, planar or freeflyer
+root = "{root}"                 # fixed, planar, sagittal or freeflyer
 {state}
 [[impulses]]                     # what strikes: N s and N m s, world axes, at a point of a frame
 name = "blow"
@@ -53,7 +53,7 @@ panda_joint4 = -1.8
 @click.option("--robot", default="panda", show_default=True, help="An example robot by name.")
 @click.option(
     "--root",
-    type=click.Choice(["fixed", "planar", "freeflyer"]),
+    type=click.Choice(["fixed", "planar", "sagittal", "freeflyer"]),
     default="fixed",
     show_default=True,
     help="How its base is held.",
@@ -61,6 +61,7 @@ panda_joint4 = -1.8
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def init(file: str, robot: str, root: str, force: bool) -> None:
     """Write a first scene to FILE (TOML), with comments on every entry."""
+    import shlex
     from pathlib import Path
 
     from ..errors import FileError, shown
@@ -74,7 +75,7 @@ def init(file: str, robot: str, root: str, force: bool) -> None:
     frame = "panda_hand" if robot == "panda" else model.links[-1].name
     moving = [joint for joint in model.joint_names if joint != "root_joint"]
     text = FIRST_SCENE.format(
-        name=shown(Path(file).name, 80),
+        name=shlex.quote(shown(Path(file).name, 80)),
         robot=robot,
         root=root,
         state=PANDA_STATE if robot == "panda" else "",
@@ -82,4 +83,5 @@ def init(file: str, robot: str, root: str, force: bool) -> None:
         joint=moving[-1] if moving else "root_joint",
     )
     write_file(file, text)
-    click.echo(f"wrote {shown(file, 200)}; solve it: impulsekit solve {shown(file, 200)}")
+    command = shlex.join(["impulsekit", "solve", file])
+    click.echo(f"wrote {shown(file, 200)}; solve it: {shown(command, 240)}")

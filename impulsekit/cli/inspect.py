@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["inspect"]
 
-ROOTS = ("fixed", "planar", "freeflyer")
+ROOTS = ("fixed", "planar", "sagittal", "freeflyer")
 # Under these each robot of a folder is tried.
 TRIED = ("fixed", "freeflyer")
 # Limits as large as this are written where a joint has none [rad, m].

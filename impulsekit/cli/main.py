@@ -15,6 +15,7 @@ from .batch import batch
 from .bench import bench
 from .design import design
 from .doctor import doctor
+from .exits import BAD_INPUT, INTERRUPTED, OWN_FAULT
 from .fit import fit
 from .identify import identify
 from .init import init
@@ -27,10 +28,6 @@ from .stress import stress
 from .warm_up import warm_up
 
 __all__ = ["main"]
-
-BAD_INPUT = 2
-OWN_FAULT = 3
-
 
 # The commands of the help text, by purpose; each command is in one of the groups.
 SECTIONS = {
@@ -59,6 +56,11 @@ class _Group(click.Group):
                 return super().invoke(ctx)
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
+        except KeyboardInterrupt:
+            if ctx.params.get("debug"):
+                raise
+            click.echo("interrupted", err=True)
+            ctx.exit(INTERRUPTED)
         except Exception as error:
             if ctx.params.get("debug") or getattr(error, "errno", None) == errno.EPIPE:
                 raise

@@ -1,12 +1,17 @@
-"""Progress of long work on stderr: a bar, if that is a terminal."""
+"""What is a terminal; progress of long work on stderr: a bar, if that is one."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TextIO
 
-__all__ = ["bar_on_terminal"]
+__all__ = ["bar_on_terminal", "is_terminal"]
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Whether somebody reads it; a stream that the caller has closed is None."""
+    return stream is not None and stream.isatty()
 
 
 def bar_on_terminal(unit: str) -> Callable[[int, int], None] | None:
@@ -14,7 +19,7 @@ def bar_on_terminal(unit: str) -> Callable[[int, int], None] | None:
 
     A bar closes when all is done; what is told after that begins another one.
     """
-    if not sys.stderr.isatty():
+    if not is_terminal(sys.stderr):
         return None
     from tqdm import tqdm
 

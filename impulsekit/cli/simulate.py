@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .exits import INTERRUPTED
+from .progress import is_terminal
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -48,6 +51,7 @@ def simulate(
 ) -> None:
     """Simulate the motion of the scene in FILE (TOML); impacts on the way are solved."""
     from ..motion import simulate as simulate_motion
+    from ..motion.record.status import MotionStatus
     from ..scene.motion import MotionSettings
     from ..scenefile import load_scene
     from .outputs import check_outputs
@@ -80,7 +84,7 @@ def simulate(
     if not motion.status.finished:
         detail = f" ({motion.detail})" if motion.detail else ""
         click.echo(f"stopped at {motion.duration:g} s: {motion.status.value}{detail}", err=True)
-        ctx.exit(1)
+        ctx.exit(INTERRUPTED if motion.status is MotionStatus.INTERRUPTED else 1)
 
 
 class _Bar:
@@ -91,7 +95,7 @@ class _Bar:
         self._bar: Any = None
 
     def __enter__(self) -> Callable[[float], None] | None:
-        if self._quiet or not sys.stderr.isatty():
+        if self._quiet or not is_terminal(sys.stderr):
             return None
         from tqdm import tqdm
 

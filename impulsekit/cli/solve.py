@@ -79,9 +79,9 @@ def show_report(impact: Impact, points: Sequence[ReportPoint], form: str = "text
     import sys
 
     from ..view.report import report, report_blocks
+    from .progress import is_terminal
 
-    # Where the shell has closed it there is none.
-    if form == "text" and sys.stdout is not None and sys.stdout.isatty():
+    if form == "text" and is_terminal(sys.stdout):
         from rich.console import Console
 
         from ..view.forms import as_rich

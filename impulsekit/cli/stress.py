@@ -47,6 +47,7 @@ def stress(
     from ..bench.stress.summary import lines_of, whole_of
     from ..bench.stress.sweep import Point
     from ..errors import UnknownNameError
+    from .progress import is_terminal
 
     if listing:
         for sweep in ALL:
@@ -65,7 +66,7 @@ def stress(
     processes = jobs or cores or 1
     points: list[Point] = []
     start = time.perf_counter()
-    shown = None if quiet or not sys.stderr.isatty() else len(work)
+    shown = None if quiet or not is_terminal(sys.stderr) else len(work)
     if shown is None:
         for some in run(work, processes):
             points += some
@@ -85,7 +86,7 @@ def stress(
     lines = lines_of(points)
     for line in (*lines, whole):
         table.add_row(*cells(line))
-    width = None if sys.stdout.isatty() else 160
+    width = None if is_terminal(sys.stdout) else 160
     Console(width=width, highlight=False, soft_wrap=True).print(table)
     click.echo(
         f"{whole.scenes} scenes, {whole.points} answers in {seconds:.0f} s: "

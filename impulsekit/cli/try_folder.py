@@ -88,7 +88,7 @@ def try_robot(path: pathlib.Path, root: str | None, replay: bool) -> list[str]:
 
     Args:
         path: a robot file.
-        root: "fixed", "planar" or "freeflyer"; None for that of the file.
+        root: "fixed", "planar", "sagittal" or "freeflyer"; None for that of the file.
         replay: whether a page is drawn, too.
     """
     from .. import AppliedImpulse, Scene, check, solve

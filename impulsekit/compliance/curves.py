@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeVar
 
-from ..errors import RangeError, ShapeError
+from ..errors import InputError, RangeError, ShapeError, quoted
 from ..scene.numbers import between, keep, number, positive
 from ..tolerances import EPS
 
@@ -205,8 +205,8 @@ class MeasuredCurve:
 
     def __post_init__(self) -> None:
         what = "MeasuredCurve"
-        depths = tuple(number(d, f"{what}: indentation") for d in self.indentation)
-        forces = tuple(number(f, f"{what}: forces") for f in self.forces)
+        depths = _numbers(self.indentation, f"{what}: indentation")
+        forces = _numbers(self.forces, f"{what}: forces")
         if len(depths) < 2:
             raise ShapeError.of(f"{what}: indentation", (2,), (len(depths),), "two or more")
         if len(forces) != len(depths):
@@ -280,6 +280,14 @@ class MeasuredCurve:
             total += _time_on_spring(f, f + slope * (end - a), v, w, slope, mass)
             v = w
         return total
+
+
+def _numbers(given: Numbers, what: str) -> tuple[float, ...]:
+    try:
+        entries = tuple(given)
+    except TypeError:
+        raise InputError(f"{what} must be a list of numbers, got {quoted(given)}") from None
+    return tuple(number(each, what) for each in entries)
 
 
 def _time_on_spring(f: float, g: float, v: float, w: float, slope: float, mass: float) -> float:

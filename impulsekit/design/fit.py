@@ -17,9 +17,12 @@ from ..errors import (
     NotFiniteError,
     RangeError,
     ShapeError,
+    a_thing,
+    check_kind,
     quoted,
 )
-from ..robot.arrays import array_of, lock
+from ..robot.arrays import array_of, floats, lock
+from ..scene import Scene
 from ..tolerances import NONZERO
 from .doubts import (
     bounds_reached,
@@ -118,7 +121,7 @@ class _Problem:
         inertias: Mapping[str, Sequence[str]],
         by_group: bool | Sequence[str],
     ) -> None:
-        self._measurements = tuple(measurements)
+        self._measurements = _all_measurements(measurements)
         if not self._measurements:
             raise InputError("fit_impacts: no measurements; give one or more")
         scenes = [measurement.scene for measurement in self._measurements]
@@ -147,12 +150,10 @@ class _Problem:
         self._estimated = not any(given)
         for i, m in enumerate(self._measurements):
             nv = m.scene.robot.nv
-            after = np.array(m.v_after, dtype=float)
+            after = floats(m.v_after, f"measurements[{i}]: v_after")
             if after.shape != (nv,):
                 raise ShapeError.of(f"measurements[{i}]: v_after", (nv,), after.shape)
-            sigma = np.broadcast_to(np.array(1.0 if m.sigma is None else m.sigma, float), (nv,))
-            if not (sigma > 0.0).all() or not np.isfinite(sigma).all():
-                raise RangeError.of(f"measurements[{i}]: sigma", m.sigma, "above zero")
+            sigma = _checked_sigma(m, i, nv)
             if np.isinf(after).any():
                 raise NotFiniteError.of(f"measurements[{i}]: v_after", "an entry", "an infinity")
             seen = ~np.isnan(after)
@@ -335,6 +336,30 @@ class _Problem:
             )
         self._last = (key, residual, jacobian)
         return residual, jacobian
+
+
+def _all_measurements(given: Any) -> tuple[Measurement, ...]:
+    try:
+        measurements = tuple(given)
+    except TypeError:
+        raise InputError(
+            f"fit_impacts takes a list of Measurement objects, not {a_thing(given)}"
+        ) from None
+    for i, each in enumerate(measurements):
+        if not isinstance(each, Measurement):
+            raise InputError(f"measurements[{i}] must be a Measurement, not {a_thing(each)}")
+        check_kind(each.scene, Scene, f"measurements[{i}]")
+    return measurements
+
+
+def _checked_sigma(m: Measurement, index: int, nv: int) -> np.ndarray:
+    what = f"measurements[{index}]: sigma"
+    sigma = floats(1.0 if m.sigma is None else m.sigma, what)
+    if sigma.shape not in ((), (nv,)):
+        raise ShapeError.of(what, (nv,), sigma.shape, "or one number")
+    if not (sigma > 0.0).all() or not np.isfinite(sigma).all():
+        raise RangeError.of(what, m.sigma, "above zero")
+    return np.broadcast_to(sigma, (nv,))
 
 
 def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray:

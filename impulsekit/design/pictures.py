@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError, MissingExtraError, quoted
+from ..errors import InputError, MissingExtraError, check_kind, quoted
 from ..robot import Robot
 from ..scene import Scene
 from .ellipsoid import ImpactEllipsoid
@@ -35,7 +35,7 @@ def plot_effective_mass(
         plane: "xy", "xz" or "yz"; by default the plane in which the point moves most easily.
 
     Raises:
-        InputError: an unknown plane.
+        InputError: no ``ImpactEllipsoid``, or an unknown plane.
         MissingExtraError: matplotlib is not installed.
 
     Example:
@@ -45,6 +45,7 @@ def plot_effective_mass(
         >>> ax = plot_effective_mass(impact_ellipsoid(panda, panda.neutral(), "panda_hand"), "xz")
         >>> ax.figure.savefig("hand.svg")  # doctest: +SKIP
     """
+    check_kind(ellipsoid, ImpactEllipsoid, "plot_effective_mass")
     if plane is None:
         easy = np.argsort(-np.diagonal(ellipsoid.mobility), kind="stable")[:2]
         plane = "".join("xyz"[i] for i in sorted(easy))

@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import one_line
-from ..errors import NotFiniteError, check_kind, warn_of_setup
+from ..errors import check_kind, warn_of_setup
 from ..robot import state
-from ..robot.arrays import floats
+from ..robot.arrays import FLOAT, real_numbers
 from ..robot.massless import is_always_regular
 from ..rows.reach import ReachedModel
 from ..scene import Scene
@@ -35,8 +35,6 @@ __all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_wit
 
 # So many numbers of a state are sooner squared by numpy than handed over one by one.
 MANY = 100
-# The only object of its kind: to ask whether it is this one is the quickest question.
-_FLOAT = np.dtype(float)
 
 
 class ImpactSolver:
@@ -130,11 +128,12 @@ class _Workspace:
         """The impact at q and v, which are copied and checked."""
         scene = self._at_start or scene
         try:
-            if type(q) is type(v) is np.ndarray and q.dtype is v.dtype is _FLOAT:
-                q, v = np.array(q), np.array(v)
-            else:
-                q, v = floats(q, "q"), floats(v, "v")
-        except NotFiniteError:
+            # Only what has to be converted can lose something on the way.
+            plain = type(q) is np.ndarray and q.dtype is FLOAT
+            q = np.array(q) if plain else real_numbers(q)
+            plain = type(v) is np.ndarray and v.dtype is FLOAT
+            v = np.array(v) if plain else real_numbers(v)
+        except (TypeError, ValueError, OverflowError):
             state.checked_configuration(self._model, q)
             state.checked_velocity(self._model, v)
             raise

@@ -368,7 +368,9 @@ def _announce_long_ones() -> None:
 
 @functools.cache
 def _say() -> None:
-    sys.stderr.write(
-        "impulsekit: compiling for this machine, once per installation "
-        "(`impulsekit warm-up` does it beforehand)\n"
-    )
+    # None where the caller has closed it.
+    if sys.stderr is not None:
+        sys.stderr.write(
+            "impulsekit: compiling for this machine, once per installation "
+            "(`impulsekit warm-up` does it beforehand)\n"
+        )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileError, InputError, MissingExtraError, ShapeError, quoted, shown
-from ..files import file_told, open_plain_file
+from ..files import file_told, open_plain_file, path_of
 from ..robot import Robot
 from .columns import RecordingFormat
 from .csv_table import csv_columns, without_unit
@@ -67,6 +67,7 @@ def load_recordings(
         >>> len(tosses), tosses[0].name
         (12, 'toss 3')
     """
+    path = path_of(path, "a recording")
     label = shown(Path(path).name, 80)
     format = format or RecordingFormat()
     ending = Path(path).suffix.lower()

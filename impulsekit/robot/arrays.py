@@ -8,10 +8,42 @@ import numpy as np
 
 from ..errors import NotFiniteError, ShapeError, quoted
 
-__all__ = ["array_of", "floats", "lock", "read_only"]
+__all__ = ["FLOAT", "array_of", "floats", "lock", "read_only", "real_numbers"]
 
-# Truth values, integers, floats, and objects, of which Python makes floats.
-_NUMBERS = "biufO"
+# Arrays of exactly this type are taken as they are.
+FLOAT = np.dtype(float)
+# Kinds of dtype that become floats without a loss: whole numbers, floats, True and False.
+_REAL = "fiub"
+# What numpy turns into a float that it is not.
+_NOT_REAL = (str, bytes, np.complexfloating, np.datetime64, np.timedelta64, np.void)
+
+
+def real_numbers(value: Any, *, copied: bool = True) -> np.ndarray:
+    """A copy as floats, of any shape: what numpy would drop on the way there is an error.
+
+    Args:
+        copied: False where it is only read.
+
+    Raises:
+        TypeError: complex numbers, texts, dates, records, or entries that a mask hides.
+        ValueError, OverflowError: as numpy.
+    """
+    if type(value) is np.ndarray and value.dtype is FLOAT:
+        return np.array(value) if copied else value
+    array = np.asarray(value)
+    kind = array.dtype.kind
+    if kind not in _REAL:
+        inner = array.ravel().tolist() if kind == "O" else None
+        if inner is None or any(isinstance(each, _NOT_REAL) for each in inner):
+            raise TypeError("no real numbers")
+    if type(value) in (list, tuple):
+        if array.ndim > 1 and any(map(_is_masked, value)):
+            raise TypeError("a mask hides entries")
+        if array.dtype is FLOAT:
+            return array
+    elif _is_masked(value):
+        raise TypeError("a mask hides entries")
+    return (np.array if copied else np.asarray)(array, dtype=float)
 
 
 def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
@@ -23,16 +55,8 @@ def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
     Raises:
         NotFiniteError: it does not hold real numbers, or some are masked.
     """
-    if type(value) is np.ndarray and value.dtype == float:
-        return np.array(value) if copied else value
     try:
-        array = np.asarray(value)
-        # numpy would drop imaginary parts and masks, read texts, and count times in their units.
-        if array.dtype.kind not in _NUMBERS or _is_masked(value):
-            raise TypeError
-        if array.dtype != float:
-            return array.astype(float)
-        return np.array(array) if copied else array
+        return real_numbers(value, copied=copied)
     except (TypeError, ValueError, OverflowError):
         raise NotFiniteError(
             f"{what} must be numbers, got {quoted(value)}", what=what, where=what
@@ -40,9 +64,7 @@ def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
 
 
 def _is_masked(value: Any) -> bool:
-    if isinstance(value, list | tuple) and value and isinstance(value[0], np.ndarray):
-        return any(map(_is_masked, value))
-    return isinstance(value, np.ndarray) and bool(np.any(getattr(value, "mask", False)))
+    return hasattr(value, "mask") and np.ma.is_masked(value)
 
 
 def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, ShapeError, UnknownNameError, a_thing, quoted, shown
+from .arrays import real_numbers
 from .robot import Robot
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def _placement(value: Any, name: str) -> pin.SE3:
     if isinstance(value, pin.SE3):
         return value
     try:
-        array = np.array(value, dtype=float)
+        array = real_numbers(value)
     except (TypeError, ValueError, OverflowError):
         raise InputError(
             f'placement of "{name}" must be a point (3,) or a matrix (4, 4), got {quoted(value)}'

@@ -140,7 +140,7 @@ class RobotReaders(RobotBase):
 
         Args:
             source: a path, MJCF text, a ``mujoco.MjSpec`` or a ``mujoco.MjModel``.
-            root: None keeps the joints of the file; "fixed", "planar" or "freeflyer" is what
+            root: None keeps the joints of the file; as of ``from_urdf`` is what
                 joins each tree to the world instead of a free joint, or of none.
 
         Raises:
@@ -235,7 +235,7 @@ class RobotReaders(RobotBase):
 
         Args:
             path: the file.
-            root: "fixed", "planar" or "freeflyer"; None for "fixed", or of MJCF for the
+            root: as of ``from_urdf``; None for "fixed", or of MJCF for the
                 joints of the file.
             package_dirs: as in ``from_urdf``.
 

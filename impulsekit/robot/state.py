@@ -18,7 +18,7 @@ from ..errors import (
     UnknownNameError,
     quoted,
 )
-from .arrays import floats
+from .arrays import floats, real_numbers
 
 __all__ = [
     "FASTEST",
@@ -136,12 +136,12 @@ def _numbers(value: Any, what: str) -> np.ndarray:
 
 
 def _vector(value: Any, size: int, what: str) -> np.ndarray:
+    try:
+        vector = real_numbers(value)
+    except (TypeError, ValueError, OverflowError):
+        raise _no_numbers(value, size, what) from None
     if value is None:
         raise _no_numbers(value, size, what)
-    try:
-        vector = floats(value, what)
-    except NotFiniteError:
-        raise _no_numbers(value, size, what) from None
     if vector.shape != (size,):
         raise ShapeError.of(what, (size,), vector.shape)
     return vector

@@ -52,6 +52,11 @@ Check = Callable[[Any, str], Any]
 LARGEST = 1e100
 
 
+_NO_NUMBERS = (
+    str, bytes, bool, np.bool_, np.complexfloating, np.datetime64, np.timedelta64,
+)  # fmt: skip
+
+
 def number(value: Any, what: str) -> float:
     """A finite float.
 
@@ -60,8 +65,8 @@ def number(value: Any, what: str) -> float:
         RangeError: beyond ±1e100.
     """
     try:
-        # Python would take "2" and True for numbers.
-        if isinstance(value, str | bytes | bool | np.bool_):
+        # Python would take "2" and True for numbers, and numpy's complex numbers and times.
+        if isinstance(value, _NO_NUMBERS):
             raise TypeError
         result = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -158,7 +163,7 @@ def vector(value: Any, what: str) -> Vector:
     if isinstance(value, np.ndarray):
         if value.shape != (3,):
             raise ShapeError.of(what, (3,), value.shape)
-        entries: Sequence[Any] = value.tolist()
+        entries: Sequence[Any] = value.tolist() if value.dtype.kind in "fiu" else list(value)
     elif isinstance(value, list | tuple):
         entries = value
     else:

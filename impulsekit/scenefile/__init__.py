@@ -8,7 +8,7 @@ A file names a robot, the state it is in, and what happens to it::
 
     [robot]                          # or [robots.arm], [robots.ball]: several in one world
     urdf = "../models/whittaker_chain_10.urdf"    # relative to this file; or example = "talos"
-    root = "planar"                  # fixed (default) | planar | freeflyer
+    root = "planar"                  # fixed (default) | planar | sagittal | freeflyer
 
     [state.q]                        # by joint name, neutral elsewhere; or q = [...] whole
     joint_2 = 0.3

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import RangeError
-from ..files import check_writable, write_file
+from ..files import check_writable, path_of, write_file
 from ..scene.points import report_points
 from .actors import Actors
 from .bodies import robot_colors
@@ -123,7 +123,7 @@ def replay(
         title: title of the page; by default the robot's name.
 
     Raises:
-        InputError: the motion has no instant, or is of another type.
+        InputError: the motion has no instant, or is of another type; a page without a path.
         RangeError: a rate, window or ghost outside its range.
         UnknownNameError: a joint or frame that the robot does not have.
         FileError: the page cannot be written.
@@ -139,7 +139,7 @@ def replay(
         (True, ('/impulsekit/impacts/0/0 impulse blow',))
     """
     if html is not None:
-        check_writable(html)
+        check_writable(path_of(html, "replay: the page"))
     shown = shown_motion(motion, span)
     if speed is None:
         speed = 1.0 if shown.impact_alone is None else _stretched(shown)

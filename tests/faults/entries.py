@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from impulsekit.impact import solve
 from impulsekit.scene import (
     PD,
@@ -80,6 +82,8 @@ _IMPULSES = (
     _impulse("strikes by two numbers", "hand", [5, 0]),
     _impulse("strikes by a NaN", "hand", [0, math.nan, 0]),
     _impulse("strikes by words", "hand", ["hard", 0, 0]),
+    _impulse("strikes by numpy's complex numbers", "hand", [np.complex128(1), 0, 0]),
+    _impulse("strikes by durations", "hand", np.ones(3, "m8[ns]")),
     _impulse("strikes by 1e200 N s", "hand", [1e200, 0, 0]),
     _impulse("gives a couple of four numbers", "hand", angular=[0, 0, 0, 1]),
     _impulse("strikes at a point given by name", "hand", [1, 0, 0], at="tip"),

@@ -17,15 +17,19 @@ import pinocchio as pin
 
 from impulsekit.batch.long import LongTree, long_chain, long_tree
 from impulsekit.batch.solve import solve_batch, warm_up
+from impulsekit.batch.study.run import run_study
 from impulsekit.checking import check
+from impulsekit.compliance.curves import MeasuredCurve
 from impulsekit.design.ellipsoid import effective_mass, impact_ellipsoid
 from impulsekit.design.fit import Measurement, fit_impacts
 from impulsekit.design.least_blow import least_blow
+from impulsekit.design.pictures import plot_effective_mass
 from impulsekit.design.sparing import centre_of_percussion, reaction_map, spare_joint, worst_blow
 from impulsekit.impact import Impact, ImpactSolver, solve
 from impulsekit.impact.derivatives import derivatives
 from impulsekit.impact.freed import freed_joint
 from impulsekit.impact.saltation import saltation, saltation_matrix
+from impulsekit.measured.reading import load_recordings
 from impulsekit.measured.recording import Recording
 from impulsekit.motion import Trajectory, simulate
 from impulsekit.motion.maps.orbit import find_orbit
@@ -37,6 +41,8 @@ from impulsekit.scene import (
     JointLock,
     Scene,
 )
+from impulsekit.view.plots.histories import energy_history, momentum_history
+from impulsekit.view.plots.velocities import velocity_jump
 from impulsekit.view.replay import replay
 from impulsekit.view.report import report
 
@@ -149,6 +155,14 @@ def _measured(v_after: Any = (1.0, 1.0), sigma: Any = None) -> Measurement:
 _SOLVING = (
     Fault("solves a robot instead of a scene", lambda: solve(arm(), Q, V)),
     Fault("plans a path instead of a scene", lambda: ImpactSolver("scene.toml")),
+    Fault("solves at an array of complex numbers", lambda: solve(struck(), np.array([0.1 + 1j, 0.2]), V)),
+    Fault("solves at numpy's complex numbers in a list", lambda: solve(struck(), [np.complex128(0.1), 0.2], V)),
+    Fault("solves at a velocity with masked entries", lambda: solve(struck(), Q, np.ma.masked_array(V, mask=[True, False]))),
+    Fault("solves at dates", lambda: solve(struck(), np.zeros(2, "M8[s]"), V)),
+    Fault("solves at durations", lambda: solve(struck(), Q, np.zeros(2, "m8[s]"))),
+    Fault("solves at records", lambda: solve(struck(), np.zeros(2, [("angle", float)]), V)),
+    Fault("solves at numbers that are texts", lambda: solve(struck(), ["0", "0"], V)),
+    Fault("solves at a text among numbers", lambda: solve(struck(), np.array([0.1, "0"], object), V)),
     Fault("demands two speeds of one joint", _contradiction),
     Fault("asks an impact for the velocity of an unknown frame", lambda: _impact().velocity_at("hnad")),
     Fault("asks an impact for the velocity of a point of two numbers", lambda: _impact().velocity_at("hand", [0, 1])),
@@ -191,6 +205,9 @@ _BATCHES = (
     _batch("solves a batch with q too wide", q=np.zeros((4, 3))),
     _batch("solves a batch with rows that do not agree", q=np.zeros((4, 2)), v=np.zeros((3, 2))),
     _batch("solves a batch with words for q", q=["a", "b"]),
+    _batch("solves a batch of complex numbers", q=np.zeros((4, 2), complex)),
+    _batch("solves a batch with masked entries", q=np.ma.masked_array(np.zeros((4, 2)), mask=np.eye(4, 2))),
+    _batch("solves a batch of masked rows", v=[np.ma.masked_array(V, mask=[False, True]), V]),
     _batch("solves a batch with a NaN that all rows share", q=[math.nan, 0.0]),
     _batch("wants an unknown output of a batch", outputs=["v_afer"]),
     _batch("wants a batch in whole numbers", dtype=int),
@@ -216,12 +233,22 @@ _BATCHES = (
     Fault("makes a long tree of words", lambda: long_tree("tree", masses=1.0, centres=[0, 0, 0], inertias=np.eye(3))),
     Fault("strikes an unknown link of a long chain", lambda: _chain().solve([AppliedImpulse("link_9")])),
     Fault("strikes a long chain in a q too short", lambda: _chain().solve([AppliedImpulse("link_5")], q=[0.0])),
+    Fault("strikes a long chain by nothing", lambda: _chain().solve(None)),
+    Fault("strikes a long chain by a name", lambda: _chain().solve("link_5")),
+    Fault("runs no study", lambda: run_study(None, "rows")),
     Fault("strikes a long chain by a contact", lambda: _chain().solve([Contact("link_5")])),
 )  # fmt: skip
 
 _AFTER = (
     Fault("checks a scene instead of an impact", lambda: check(struck())),
     Fault("checks to 3 digits", lambda: check(_impact(), digits=3)),
+    Fault("checks to a milliard digits", lambda: check(_impact(), digits=10**9)),
+    Fault("plots the energy of an impact over time", lambda: energy_history(_impact())),
+    Fault("plots the momentum of a scene over time", lambda: momentum_history(struck())),
+    Fault("plots the velocity jump of nothing", lambda: velocity_jump(None)),
+    Fault("replays into a number", lambda: replay(_impact(), 5)),
+    Fault("loads recordings from nothing", lambda: load_recordings(None, arm())),
+    Fault("gives a measured curve two numbers", lambda: MeasuredCurve(math.nan, math.nan)),
     Fault("checks a robot with a screw joint", _checked_screw),
     Fault("asks a check for an unknown row", lambda: check(_impact()).row("speed")),
     Fault("derives a motion", lambda: derivatives(_motion())),
@@ -259,6 +286,12 @@ _DESIGN = (
     Fault("wants the centre of percussion of a fixed joint", lambda: centre_of_percussion(arm(), Q, "wrist")),
     Fault("wants the centre of percussion for a frame elsewhere", lambda: centre_of_percussion(arm(), Q, "elbow", "base")),
     Fault("wants the reactions of a joint of another robot", lambda: reaction_map(arm(), Q, "knee", "hand")),
+    Fault("plots no effective mass", lambda: plot_effective_mass(None, "xy")),
+    Fault("fits None", lambda: fit_impacts(None, restitution=["floor"])),
+    Fault("fits numbers", lambda: fit_impacts([1, 2], restitution=["floor"])),
+    Fault("fits speeds in words", lambda: fit_impacts([_measured("fast")], restitution=["floor"])),
+    Fault("fits with a noise in words", lambda: fit_impacts([_measured(sigma="a")], restitution=["floor"])),
+    Fault("fits with a noise of three numbers for two joints", lambda: fit_impacts([_measured(sigma=[1, 1, 1])], restitution=["floor"])),
     Fault("fits no measurements", lambda: fit_impacts([], restitution=["floor"])),
     Fault("fits nothing", lambda: fit_impacts([_measured()])),
     Fault("fits an unknown contact", lambda: fit_impacts([_measured()], restitution=["flor"])),

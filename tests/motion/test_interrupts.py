@@ -161,7 +161,7 @@ def test_the_command_writes_what_was_computed_and_fails(tmp_path):
     striking.start()
     result = CliRunner().invoke(main, ["simulate", str(path), "-o", str(output)])
     striking.join()
-    assert result.exit_code == 1
+    assert result.exit_code == 130
     assert INTERRUPTED.value in result.stderr
     motion = ik.Trajectory.load(output)
     assert motion.status is INTERRUPTED

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, MissingExtraError
+from ...errors import InputError, MissingExtraError, check_kind
 from ...motion.interrupts import Interrupts
 from ...motion.record.status import MotionStatus
 from ..meanwhile import by_kernels_only
@@ -69,6 +69,7 @@ def run_study(
         >>> rows
         100
     """
+    check_kind(study, Study, "run_study")
     if client is not None:
         check_client(client)
     place = StudyStore(store, study)

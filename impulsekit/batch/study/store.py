@@ -48,7 +48,7 @@ class StudyStore:
     """
 
     def __init__(self, path: str | os.PathLike[str], study: Study) -> None:
-        self.path, self.study = pathlib.Path(path), study
+        self.path, self.study = pathlib.Path(path_of(path, "the store of a study")), study
         self._lock: StoreLock | None = None
         self._rows = self.path / ROWS
 

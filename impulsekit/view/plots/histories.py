@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import RangeError
+from ...errors import RangeError, check_kind
 from .canvas import BLOW, CYCLE, axes_or_new, ink_of, tidy
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
         ax: where to draw; a new figure if None.
 
     Raises:
+        InputError: no ``Trajectory``.
         MissingExtraError: matplotlib is not installed.
 
     Example:
@@ -36,6 +37,7 @@ def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
         >>> energy_history(motion).get_ylabel()
         'energy [J]'
     """
+    _check_motion(motion, "energy_history")
     ax = axes_or_new(ax)
     energy = motion.energy()
     for i, name in enumerate(("kinetic", "gravity", "springs")):
@@ -58,6 +60,7 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
         part: "linear" [kg m/s], or "angular" about the world's origin [kg m²/s].
 
     Raises:
+        InputError: no ``Trajectory``.
         RangeError: another part.
         MissingExtraError: matplotlib is not installed.
 
@@ -69,6 +72,7 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
         >>> ax.get_ylabel()
         'angular momentum [kg m²/s]'
     """
+    _check_motion(motion, "momentum_history")
     units = {"linear": "kg m/s", "angular": "kg m²/s"}
     if part not in units:
         raise RangeError.of("momentum_history: part", repr(part), '"linear" or "angular"')
@@ -81,6 +85,12 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
     ax.set_title(f"{part.capitalize()} momentum", loc="left")
     _no_closer_than(ax, float(np.abs([momentum.linear, values]).max()))
     return _over_time(ax, motion)
+
+
+def _check_motion(motion: Any, what: str) -> None:
+    from ...motion import Trajectory
+
+    check_kind(motion, Trajectory, what)
 
 
 def _no_closer_than(ax: Axes, scale: float) -> None:

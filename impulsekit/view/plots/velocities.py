@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...errors import check_kind
 from ..speeds import speeds_of
 from .canvas import AFTER, BEFORE, QUIET, axes_or_new, plain, tidy
 
@@ -27,6 +28,7 @@ def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> 
         rows: how many speeds are drawn at most, those that jump most.
 
     Raises:
+        InputError: no ``Impact``.
         MissingExtraError: matplotlib is not installed.
 
     Example:
@@ -37,6 +39,9 @@ def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> 
         >>> ax.get_yticklabels()[0].get_text()
         'panda_joint1 [rad/s]'
     """
+    from ...impact import Impact as AnImpact
+
+    check_kind(impact, AnImpact, "velocity_jump")
     speeds = speeds_of(impact.scene.robot, impact.q)
     chosen = np.sort(np.argsort(-np.abs(impact.dv), kind="stable")[: max(rows, 1)])
     units = list(dict.fromkeys(speeds[i].unit for i in chosen))
