@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import click
@@ -9,6 +12,9 @@ import click
 from .exits import INTERRUPTED
 
 __all__ = ["batch"]
+
+# So long a client and its workers may take to end [s].
+CLOSING = 5.0
 
 
 @click.command()
@@ -85,19 +91,34 @@ def _how_to_go_on(folder: str) -> str:
     return f"interrupted: {done}; to go on, run the same command again:\n  {command}"
 
 
-def _client(scheduler: str | None, workers: int | None) -> Any:
+@contextmanager
+def _client(scheduler: str | None, workers: int | None) -> Iterator[Any]:
     from ..errors import MissingExtraError, RangeError, quoted
 
     with MissingExtraError.unless("distributed", "study", "a study on a cluster"):
         from distributed import Client, LocalCluster
     if scheduler:
         try:
-            return Client(scheduler)
+            client = Client(scheduler)
         except ValueError as error:
             raise RangeError.of(
                 "--scheduler", quoted(scheduler), "an address such as tcp://host:8786"
             ) from error
-    return Client(
-        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None),
-        set_as_default=False,
-    )
+        with client:
+            yield client
+        return
+    cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+    client = Client(cluster, set_as_default=False)
+    try:
+        client.run(_ignore_interrupts)
+        yield client
+    finally:
+        for each in (client, cluster):
+            # What does not end by then ends with this process.
+            with suppress(TimeoutError):
+                each.close(timeout=CLOSING)
+
+
+def _ignore_interrupts() -> None:
+    """A terminal sends Ctrl-C to workers, too; one that it ends leaves this process waiting."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

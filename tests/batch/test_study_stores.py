@@ -408,13 +408,14 @@ def options(path, folder):
     return ["batch", str(path), "-q", "-o", str(folder), "--threads", "1"]
 
 
-def start(path, folder):
-    command = [sys.executable, "-m", "impulsekit", *options(path, folder)]
+def start(path, folder, *more):
+    command = [sys.executable, "-m", "impulsekit", *options(path, folder), *more]
     return subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
+        start_new_session=True,
         # Where the tests themselves ignore Ctrl-C, as in the background, it would inherit that.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
@@ -437,6 +438,17 @@ def test_ctrl_c_says_how_to_go_on(files, tmp_path):
     assert "of 5000 rows are written" in told
     assert f"batch {path}" in told
     assert "Traceback" not in told
+
+
+@pytest.mark.slow
+def test_ctrl_c_of_a_terminal_reaches_the_workers_too_and_they_leave_it(files, tmp_path):
+    path = files(samples=500_000, chunk=64)
+    process = start(path, tmp_path / "rows", "--workers", "1")
+    wait_until_written(tmp_path / "rows", process)
+    os.killpg(process.pid, signal.SIGINT)
+    told = process.communicate(timeout=25)[0]
+    assert process.returncode == 130
+    assert "of 500000 rows are written" in told and "Traceback" not in told
 
 
 def test_ctrl_c_while_a_chunk_is_written_comes_after_it(files, tmp_path, monkeypatch):
