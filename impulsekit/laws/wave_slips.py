@@ -230,8 +230,12 @@ def _start_slip(w: Wave, i: int) -> None:
     if force > 0.0 and pull > 0.0 and _is_held(w, i, b11, b12, b22, f1, f2):
         # It gives all it has, and the others take the rest.
         w.slip[i], s1, s2 = LEANS, -f1 / pull, -f2 / pull
-    elif not size > AT_CHANGE * _largest(w):
+    elif w.mode[i] == HELD and not size > AT_CHANGE * _largest(w):
         # Without friction it stays where it is: what is held along normals holds it.
+        find_forces(w, w.y)
+        return
+    elif not size > 0.0:
+        w.slip[i] = STICKS
         find_forces(w, w.y)
         return
     else:
