@@ -374,7 +374,7 @@ def test_the_command_exits_with_1_where_it_disagrees(monkeypatch):
 def test_what_cannot_be_checked_says_so():
     panda = ik.Robot.from_example("panda")
     blow = random_blow("panda_hand", 1)
-    screw = ik.Robot.from_example("panda", root=pin.JointModelHX())
+    screw = ik.Robot.from_example("panda", root=pin.JointModelHX(0.1))
     with pytest.raises(InputError, match=r'cannot be checked.*"root_joint".*HX'):
         ik.check(solved(screw, [blow]))
     mixed = ik.combine(a=panda, b=screw)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, a_thing
+from .urdf_numbers import LARGEST
 
 __all__ = ["ROOTS", "check_depth_first", "check_finite", "planar_root", "root_joint"]
 
@@ -96,14 +97,21 @@ def check_finite(model: pin.Model) -> None:
 
 
 def _check_motion(joint: Any, what: str) -> None:
-    """Prove that the way of a joint is made of finite numbers: its axis, its pitch."""
+    """Prove that the way of a joint is made of numbers in range: its axis, its pitch."""
     alone = pin.Model()
     joint_id = alone.addJoint(0, joint, pin.SE3.Identity(), "joint")
     own, data = alone.joints[joint_id], alone.joints[joint_id].createData()
     own.calc(data, pin.neutral(alone))
-    if not (np.isfinite(data.S).all() and np.isfinite(data.M.homogeneous).all()):
+    ways = np.concatenate([data.S.ravel(), data.M.homogeneous.ravel()])
+    if not np.isfinite(ways).all():
         raise InputError(
             f"{what}, a {joint.shortname()}, has an axis or a pitch that is not a finite number"
+        )
+    # As a pin.JointModelHX() has whose pitch was never set.
+    if not np.abs(ways).max() <= LARGEST:
+        raise InputError(
+            f"{what}, a {joint.shortname()}, has an axis or a pitch beyond {LARGEST:g}: give its "
+            "pitch [m/rad] to its constructor"
         )
 
 

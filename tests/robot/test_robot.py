@@ -162,6 +162,12 @@ def test_a_root_that_is_not_made_of_numbers_is_told(root):
         ik.Robot.from_example("panda", root=root)
 
 
+def test_a_root_whose_pitch_was_never_set_is_told():
+    # Pinocchio's default constructor leaves any number there: now and then one like this.
+    with pytest.raises(ik.errors.InputError, match=r"root, a JointModelHX.* pitch beyond 1e\+100"):
+        ik.Robot.from_example("panda", root=pin.JointModelHX(1e160))
+
+
 def test_numbers_of_a_given_model_are_looked_at():
     model = pin.Model(ik.Robot.from_example("panda", mimic=True).model)
     assert ik.Robot.from_model(model).nv == 8
