@@ -24,9 +24,9 @@ __all__ = ["by_kernels_only", "solved_meanwhile"]
 BUDGETS = (8.0, 10.0, 15.0)
 # Share of the budget after which the time of all rows is foretold from that of the quicker of the
 # last ones and all: the first wait for what is imported, some for a law that is compiled meanwhile.
-TRIAL = 0.1
+TRIAL = 0.05
 # Rows between two looks at the clock.
-CHUNK = 32
+CHUNK = 16
 
 # By kind of kernels, what batches have taken so far [s].
 _spent: dict[object, float] = {}

@@ -117,33 +117,45 @@ def frictional(
         return (_SOLVED if residual <= BAR else _NONE), residual
     if _is_spread(work, n, spread * sizes.largest):
         return AGAIN, 0.0
-    code, residual, heaviest = _OPEN, math.inf, math.inf
-    if not (floors or started):
-        code, residual = _hold_still(work, n, sizes, dependent)
-    else:
-        start = P[: 3 * n].copy()
-        if floors and is_redundant(work.W, 3 * n, dependent, NULL):
-            code, residual = _hold_by_shares(work, n, sizes, dependent)
-            for k in range(3 * n):
-                P[k] = P[k] if code != _OPEN else start[k]
-        if code == _OPEN and started:
-            residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
-            heaviest = _heaviest(work, n) if residual <= BAR else math.inf
-            if heaviest <= BALANCED * sizes.scale:
-                return _settled(work, n, sizes, dependent, residual)
-            # Where Newton wandered to is decided by rounding.
-            for k in range(3 * n):
-                P[k], start[k] = start[k], P[k]
-        if code == _OPEN:
-            code, found = search_slipping(work, n, sizes, floors, dependent)
-            if heaviest < math.inf and not (found <= BAR and _heaviest(work, n) < heaviest):
-                for k in range(3 * n):
-                    P[k] = start[k]
-                found = residual_of(work, n, sizes)
-                code, found = _settled(work, n, sizes, dependent, found)
-            return code, found
+    if floors or started:
+        return _expanded(work, n, sizes, floors, started, dependent)
+    code, residual = _hold_still(work, n, sizes, dependent)
     if code == _OPEN:
         code, residual = search_slipping(work, n, sizes, floors, dependent)
+    return code, residual
+
+
+def _expanded_examples() -> tuple[object, ...]:
+    return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), False, False, 0.0
+
+
+@entry(_expanded_examples, seconds=2.5, apart=True)
+def _expanded(
+    work: Workspace, n: int, sizes: Sizes, floors: bool, started: bool, dependent: float
+) -> tuple[int, float]:
+    """``frictional`` from a start, or with floors, as an expansion has."""
+    P = work.P
+    code, heaviest = _OPEN, math.inf
+    start = P[: 3 * n].copy()
+    if floors and is_redundant(work.W, 3 * n, dependent, NULL):
+        code, residual = _hold_by_shares(work, n, sizes, dependent)
+        if code != _OPEN:
+            return code, residual
+        for k in range(3 * n):
+            P[k] = start[k]
+    if started:
+        residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
+        heaviest = _heaviest(work, n) if residual <= BAR else math.inf
+        if heaviest <= BALANCED * sizes.scale:
+            return _settled(work, n, sizes, dependent, residual)
+        # Where Newton wandered to is decided by rounding.
+        for k in range(3 * n):
+            P[k], start[k] = start[k], P[k]
+    code, residual = search_slipping(work, n, sizes, floors, dependent)
+    if heaviest < math.inf and not (residual <= BAR and _heaviest(work, n) < heaviest):
+        for k in range(3 * n):
+            P[k] = start[k]
+        return _settled(work, n, sizes, dependent, residual_of(work, n, sizes))
     return code, residual
 
 
@@ -167,6 +179,16 @@ def _hold_still(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tupl
     if ridge >= 0.0:
         residual = polish(work, n, sizes, FEW, ridge)
         return (_SOLVED if residual <= BAR else _OPEN), residual
+    return _hold_dependent(work, n, sizes, dependent)
+
+
+def _dependent_examples() -> tuple[object, ...]:
+    return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), 0.0
+
+
+@entry(_dependent_examples, seconds=2.0, apart=True)
+def _hold_dependent(work: Workspace, n: int, sizes: Sizes, dependent: float) -> tuple[int, float]:
+    """The same where rows of W depend on each other, P being the guess that holds all still."""
     residual = residual_of(work, n, sizes)
     slips = _slips(work, n, sizes, HELD)
     if residual > ROUNDING or slips:

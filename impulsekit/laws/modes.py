@@ -14,12 +14,13 @@ import math
 import numpy as np
 
 from ..tolerances import EPS
-from .borrowed import borrowing
+from .borrowed import borrowed, borrowing
+from .compiled import entry
 from .dense import gauss
 from .rank import gauss_of_rank
 from .tolerances import BAR
 from .words import YES
-from .workspace import Sizes, Workspace
+from .workspace import Sizes, Workspace, workspace
 
 __all__ = [
     "BALANCED", "DEEP", "DEPENDENT", "FINE", "MOST_STEPS", "NULL", "RIDGE", "SLIDES",
@@ -80,7 +81,12 @@ def sizes_of(work: Workspace, n: int, scale: float) -> Sizes:
     return Sizes(scale, largest, least, heaviest > ALIKE_MASSES * lightest)
 
 
-@borrowing
+def _examples() -> tuple[object, ...]:
+    return workspace(1), 1, Sizes(1.0, 1.0, 1.0, True), MOST_STEPS, 0.0
+
+
+# Called from some twenty places, none of which is to have all of it compiled in.
+@entry(_examples, seconds=1.5, apart=True)
 def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> float:
     """Bring P (3n,) from nearby to rounding level; the residual.
 
@@ -92,6 +98,7 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
             are still to come.
         ridge: relative; 0 where W is known to be regular and every row to move something.
     """
+    work = borrowed(work)
     P, best = work.P, work.best
     size = 3 * n
     for j in range(size):

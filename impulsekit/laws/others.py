@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .borrowed import borrowing
@@ -39,12 +41,31 @@ MOST_TERMS = 1e4
 _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
 
 
+class Posed(NamedTuple):
+    """The problem whose answers are searched.
+
+    Attributes:
+        W: (3n, 3n) Delassus matrix; own: what friction makes of it, smooth tangents cleared [1/kg].
+        start, free: (3n,) velocities from which energy counts, and u_free [m/s].
+        b: (3n,) of what is solved, ξ = W P + b [m/s].
+        mu, e: (n,) friction and restitution.
+    """
+
+    W: np.ndarray
+    start: np.ndarray
+    free: np.ndarray
+    own: np.ndarray
+    b: np.ndarray
+    mu: np.ndarray
+    e: np.ndarray
+
+
 def _examples() -> tuple[object, ...]:
     line = np.ones(6)
     return np.eye(6), line, line, np.ones((3, 2)), NEWTON, line, 1.0, np.ones((2, 2, 6)), NEAR
 
 
-@entry(_examples, seconds=12.0, apart=True)
+@entry(_examples, seconds=1.0, apart=True)
 def find_answers(
     W: np.ndarray,
     before: np.ndarray,
@@ -75,7 +96,7 @@ def find_answers(
         reach: NEAR or FAR, of how many contacts modes are searched (``search_modes``).
     """
     mu, e, e_t = coefficients[0], coefficients[1], coefficients[2]
-    found, pressed, n = answers[0], answers[1], len(mu)
+    n = len(mu)
     own, b, own_mu = np.zeros((3 * n, 3 * n)), np.zeros(3 * n), np.zeros(n)
     rubs, releases = False, False
     for i in range(n):
@@ -98,9 +119,32 @@ def find_answers(
                 own[r, c] = W[r, c]
     if friction_is_weak(own, own_mu):
         return WEAK, 0, 0, False
+    start = before if restitution == NEWTON else free
+    posed = Posed(W, start, free, own, b, own_mu, e)
+    return _search_answers(posed, releases, shown, scale, answers, reach)
+
+
+def _search_examples() -> tuple[object, ...]:
+    line, few = np.ones(6), np.ones(2)
+    posed = Posed(np.eye(6), line, line, np.eye(6), line, few, few)
+    return posed, False, line, 1.0, np.ones((2, 2, 6)), NEAR
+
+
+@entry(_search_examples, seconds=4.0, apart=True)
+def _search_answers(
+    posed: Posed, releases: bool, shown: np.ndarray, scale: float, answers: np.ndarray, reach: int
+) -> tuple[int, int, int, bool]:
+    """``find_answers`` where friction is strong enough to leave a choice.
+
+    Args:
+        releases: whether Poisson's law gives load back.
+        shown, scale, answers, reach: as in ``find_answers``.
+    """
+    free, b, own_mu, e = posed.free, posed.b, posed.mu, posed.e
+    found, pressed, n = answers[0], answers[1], len(own_mu)
     outside = np.empty((MOST_FOUND, 3 * n))
     tried, count, beyond = search_modes(
-        own, b, own_mu, np.zeros(n), scale, reach, found[:MOST_FOUND], outside
+        posed.own, b, own_mu, np.zeros(n), scale, reach, found[:MOST_FOUND], outside
     )
     how = ALL_TRIED if tried == TRIED_ALL else SEARCHED
     if n == 1 and not releases:
@@ -110,7 +154,7 @@ def find_answers(
     for r in range(3 * n):
         work.b[r] = b[r]
         for c in range(3 * n):
-            work.W[r, c] = own[r, c]
+            work.W[r, c] = posed.own[r, c]
     for i in range(n):
         work.mu[i] = own_mu[i]
     if tried == NOTHING_TRIED:
@@ -127,9 +171,8 @@ def find_answers(
             how = TOO_MANY
     if how == ALL_TRIED and (full or count == len(found)):
         how = TOO_MANY
-    start = before if restitution == NEWTON else free
-    split = releases and _is_split(W, count, found, pressed, scale)
-    others = _others_first(W, shown, start, free, scale, found, pressed, count)
+    split = releases and _is_split(posed.W, count, found, pressed, scale)
+    others = _others_first(posed.W, shown, posed.start, free, scale, found, pressed, count)
     if not releases:
         return how, count, others, _are_evened(work, n, shown, found[:others], scale)
     return how, count, others, split and others > 0

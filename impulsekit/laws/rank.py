@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .borrowed import borrowing
+from .borrowed import borrowed, borrowing
+from .compiled import entry
 
 __all__ = [
     "gauss_of_rank",
@@ -18,17 +19,23 @@ __all__ = [
 ]
 
 
-@borrowing
+def _examples() -> tuple[object, ...]:
+    line = np.ones(2)
+    return np.eye(2), 2, line, 0.0, line, line
+
+
+@entry(_examples, seconds=1.0, apart=True)
 def gauss_of_rank(
     a: np.ndarray, n: int, x: np.ndarray, tolerance: float, order: np.ndarray, y: np.ndarray
-) -> None:
-    """The shortest x with A x = r where r is in the range, A being used up.
+) -> int:
+    """The shortest x with A x = r where r is in the range, A being used up; the rank.
 
     Args:
         x: (n,) r on entry.
         tolerance: pivots up to this share of the largest entry are none.
         order, y: room, (n,).
     """
+    a, x, order, y = borrowed(a), borrowed(x), borrowed(order), borrowed(y)
     rank = n
     largest = 0.0
     for j in range(n):
@@ -82,6 +89,7 @@ def gauss_of_rank(
         _shorten(a, n, rank, y)
     for j in range(n):
         x[int(order[j])] = y[j]
+    return rank
 
 
 @borrowing
