@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import MjcfError, UrdfError, a_thing, shown
 from ..files import read_text_file, reason_of
+from .impossible_inertia import told_if_impossible
 from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
 from .urdf_numbers import checked_name
 from .urdf_repairs import is_expanded, repair_text, repair_tree, uses_xacro
@@ -97,6 +98,8 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
         from xml.etree import ElementTree
 
         text = ElementTree.tostring(robot, encoding="unicode")
+    # What stays as it is written.
+    assumed += told_if_impossible(inertials)
     rotors = read_rotors(robot, joints, source)
     return UrdfText(text, path, name, inertials, joints, robot, tuple(assumed), rotors)
 
