@@ -18,6 +18,7 @@ __all__ = [
     "put",
     "put_rows",
     "solve_factorized",
+    "take_off",
     "upper_solve",
 ]
 
@@ -35,6 +36,13 @@ def put_rows(values: np.ndarray, into: np.ndarray) -> None:
     for i in range(len(values)):
         for k in range(values.shape[1]):
             into[i, k] = values[i, k]
+
+
+@borrowing
+def take_off(row: np.ndarray, other: np.ndarray, factor: float) -> None:
+    """row (n,) −= factor · other: of rows that lie in one piece many entries at once."""
+    for k in range(len(row)):
+        row[k] -= factor * other[k]
 
 
 @borrowing
@@ -58,9 +66,7 @@ def cholesky(a: np.ndarray, n: int, lower: np.ndarray) -> float:
             lower[i, j] /= root
             lower[j, i] = lower[i, j]
         for i in range(j + 1, n):
-            factor = lower[i, j]
-            for k in range(j + 1, i + 1):
-                lower[i, k] -= factor * lower[j, k]
+            take_off(lower[i, j + 1 : i + 1], lower[j, j + 1 : i + 1], lower[i, j])
     return least
 
 
@@ -144,8 +150,7 @@ def gauss(a: np.ndarray, n: int, x: np.ndarray) -> bool:
         for i in range(j + 1, n):
             factor = a[i, j] / pivot
             if factor != 0.0:
-                for k in range(j + 1, n):
-                    a[i, k] -= factor * a[j, k]
+                take_off(a[i, j + 1 : n], a[j, j + 1 : n], factor)
                 x[i] -= factor * x[j]
     upper_solve(a, n, x)
     return True
@@ -174,8 +179,7 @@ def factorize(a: np.ndarray, n: int, order: np.ndarray) -> bool:
         for i in range(j + 1, n):
             if a[i, j] != 0.0:
                 a[i, j] /= pivot
-                for k in range(j + 1, n):
-                    a[i, k] -= a[i, j] * a[j, k]
+                take_off(a[i, j + 1 : n], a[j, j + 1 : n], a[i, j])
     return True
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from .approach import ALL_ROUNDS, NO_ROUND, approach_in_rounds
 from .borrowed import borrowed, borrowing
 from .compiled import compiled, entry
+from .dense import take_off
 from .least_shares import STILL
 from .modes import (
     FINE,
@@ -353,8 +354,7 @@ def _is_moved(
                 continue
             way = work.W[r, 3 * i] * work.slip[i, 0] + work.W[r, 3 * i + 1] * work.slip[i, 1]
             rubbed = work.mu[i] * way / math.sqrt(work.W[3 * i + 2, 3 * i + 2])
-            for c in range(count):
-                change[c] += rubbed * shift[k, c]
+            take_off(change[:count], shift[k], -rubbed)
         for c in range(count):
             if abs(change[c]) > MOVES * math.sqrt(sizes.largest):
                 return True

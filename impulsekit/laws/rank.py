@@ -8,6 +8,7 @@ import numpy as np
 
 from .borrowed import borrowed, borrowing
 from .compiled import entry
+from .dense import cholesky, eliminate, take_off, upper_solve
 
 __all__ = [
     "gauss_of_rank",
@@ -68,59 +69,85 @@ def gauss_of_rank(
             for i in range(n):
                 a[i, j], a[i, column] = a[i, column], a[i, j]
             order[j], order[column] = order[column], order[j]
-        for k in range(j + 1, n):
-            y[k] = 0.0
-        for i in range(j + 1, n):
-            factor = a[i, j] / a[j, j]
-            for k in range(j + 1, n):
-                left = a[i, k] - factor * a[j, k]
-                a[i, k] = left
-                size = abs(left)
-                y[k] = size if size > y[k] else y[k]
-            x[i] -= factor * x[j]
-    for i in range(rank - 1, -1, -1):
-        total = x[i]
-        for k in range(i + 1, rank):
-            total -= a[i, k] * y[k]
-        y[i] = total / a[i, i]
-    for j in range(rank, n):
-        y[j] = 0.0
+        _eliminate_below(a, n, j, x, y[j + 1 : n])
+    upper_solve(a, rank, x)
     if rank < n:
-        _shorten(a, n, rank, y)
+        m = min(rank, n - rank)
+        _shorten(a, n, rank, x, np.empty((m, m)), y)
+    for j in range(n):
+        y[j] = x[j]
     for j in range(n):
         x[int(order[j])] = y[j]
     return rank
 
 
 @borrowing
-def _shorten(a: np.ndarray, n: int, rank: int, y: np.ndarray) -> None:
-    """Take out of y what lies in the null space of an upper triangle of ``rank`` rows.
+def _eliminate_below(a: np.ndarray, n: int, j: int, x: np.ndarray, largest: np.ndarray) -> None:
+    """Take row j off those below it, the largest entry of each column behind it being kept."""
+    pivot_row, pivot = a[j, j + 1 : n], a[j, j]
+    for k in range(len(largest)):
+        largest[k] = 0.0
+    for i in range(j + 1, n):
+        factor = a[i, j] / pivot
+        row = a[i, j + 1 : n]
+        for k in range(len(largest)):
+            left = row[k] - factor * pivot_row[k]
+            row[k] = left
+            size = abs(left)
+            largest[k] = size if size > largest[k] else largest[k]
+        x[i] -= factor * x[j]
 
-    By an orthonormal basis of these rows or of the null space, whichever has fewer vectors; it is
-    written over them, or over the rows below, which are nothing.
+
+@borrowing
+def _shorten(
+    a: np.ndarray, n: int, rank: int, x: np.ndarray, matrix: np.ndarray, right: np.ndarray
+) -> None:
+    """x (n,) of [U V] x = c, U an upper triangle: the shortest, from U⁻¹ c in its first entries.
+
+    With X = U⁻¹ V all solutions are (U⁻¹ c − X z, z), and the shortest has
+    z = (1 + XᵀX)⁻¹ Xᵀ U⁻¹ c = Xᵀ (1 + X Xᵀ)⁻¹ U⁻¹ c, whichever is smaller to solve.
+
+    Args:
+        a: U and V in its first ``rank`` rows; X takes the place of V.
+        n, rank: how many columns and rows.
+        x: written.
+        matrix: room, as large as what is solved.
+        right: room, (n,).
     """
-    if 2 * rank < n:
+    for i in range(rank - 1, -1, -1):
+        row, pivot = a[i, rank:n], a[i, i]
+        for k in range(i + 1, rank):
+            take_off(row, a[k, rank:n], a[i, k])
+        for k in range(len(row)):
+            row[k] /= pivot
+    m = len(matrix)
+    by_rows = m == rank
+    for r in range(m):
+        right[r] = x[r] if by_rows else 0.0
+        for c in range(r + 1):
+            matrix[r, c] = 1.0 if r == c else 0.0
+    for i in range(rank):
+        row = a[i, rank:n]
+        if by_rows:
+            for c in range(i + 1):
+                matrix[i, c] += _along(row, a[c, rank:n])
+        else:
+            take_off(right[:m], row, -x[i])
+            for r in range(m):
+                take_off(matrix[r, : r + 1], row, -row[r])
+    cholesky(matrix, m, matrix)
+    eliminate(matrix, m, right)
+    rest = x[rank:n]
+    if by_rows:
+        for k in range(len(rest)):
+            rest[k] = 0.0
         for i in range(rank):
-            for j in range(i):
-                a[i, j] = 0.0
-            _make_orthonormal(a, 0, i, n)
-        rest = a[rank]
-        for j in range(n):
-            rest[j] = y[j]
-        _take_out(a, 0, rank, n, rest)
-        for j in range(n):
-            y[j] -= rest[j]
-        return
-    for c in range(rank, n):
-        for j in range(rank, n):
-            a[c, j] = 1.0 if j == c else 0.0
-        for i in range(rank - 1, -1, -1):
-            total = -a[i, c]
-            for k in range(i + 1, rank):
-                total -= a[i, k] * a[c, k]
-            a[c, i] = total / a[i, i]
-        _make_orthonormal(a, rank, c, n)
-    _take_out(a, rank, n, n, y)
+            take_off(rest, a[i, rank:n], -right[i])
+    else:
+        for k in range(m):
+            rest[k] = right[k]
+    for i in range(rank):
+        x[i] -= _along(a[i, rank:n], rest)
 
 
 @borrowing
@@ -128,11 +155,11 @@ def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, most: int, order: 
     """The rank of a positive semidefinite matrix: L Lᵀ of its rows and columns in a new order.
 
     Args:
-        a: (n, n); L takes its place, in columns up to the rank. What is left of the other pivots
+        a: (n, n); Lᵀ takes its place, in rows up to the rank. What is left of the other pivots
             stands on the diagonal.
         n: its size.
         tolerance: pivots up to here are none.
-        most: columns of L are made at most.
+        most: rows of Lᵀ are made at most.
         order: (n,) written: where each row stood.
     """
     for j in range(n):
@@ -149,13 +176,12 @@ def pivoted_cholesky(a: np.ndarray, n: int, tolerance: float, most: int, order: 
             _swap_both(a, n, j, best)
         root = math.sqrt(a[j, j])
         a[j, j] = root
+        row = a[j, j + 1 : n]
+        for k in range(j):
+            take_off(row, a[k, j + 1 : n], a[k, j])
         for i in range(j + 1, n):
-            total = a[i, j]
-            for k in range(j):
-                total -= a[i, k] * a[j, k]
-            total /= root
-            a[i, j] = total
-            a[i, i] -= total * total
+            a[j, i] /= root
+            a[i, i] -= a[j, i] ** 2
     return most
 
 
@@ -176,9 +202,9 @@ def null_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, null: np.ndar
             null[c, j] = 0.0
         # L₁₁ᵀ x = −L₂₁ᵀ, and 1 for the column itself.
         for i in range(rank - 1, -1, -1):
-            total = -a[rank + c, i]
+            total = -a[i, rank + c]
             for k in range(i + 1, rank):
-                total -= a[k, i] * null[c, order[k]]
+                total -= a[i, k] * null[c, order[k]]
             null[c, order[i]] = total / a[i, i]
         null[c, order[rank + c]] = 1.0
     _orthonormalize(null[: n - rank])
@@ -189,7 +215,7 @@ def range_rows(a: np.ndarray, n: int, rank: int, order: np.ndarray, rows: np.nda
     """An orthonormal basis of the range, rank rows, of what ``pivoted_cholesky`` made."""
     for c in range(rank):
         for j in range(n):
-            rows[c, order[j]] = a[j, c] if j >= c else 0.0
+            rows[c, order[j]] = a[c, j] if j >= c else 0.0
     _orthonormalize(rows[:rank])
 
 
@@ -245,39 +271,27 @@ def null_parts(
 @borrowing
 def _orthonormalize(rows: np.ndarray) -> None:
     """Make linearly independent rows orthonormal, one after the other (Gram & Schmidt)."""
-    count, n = rows.shape
-    for r in range(count):
-        _make_orthonormal(rows, 0, r, n)
+    for r in range(len(rows)):
+        row = rows[r]
+        # Twice, for what rounding leaves.
+        for _ in range(2):
+            for k in range(r):
+                take_off(row, rows[k], _along(row, rows[k]))
+        size = math.sqrt(_along(row, row))
+        for j in range(len(row)):
+            row[j] /= size
 
 
 @borrowing
-def _make_orthonormal(a: np.ndarray, first: int, row: int, n: int) -> None:
-    """Make a row of a orthonormal to those from ``first`` to before it, which are that."""
-    # Twice, for what rounding leaves.
-    _take_out(a, first, row, n, a[row])
-    _take_out(a, first, row, n, a[row])
-    size = 0.0
-    for j in range(n):
-        size += a[row, j] ** 2
-    size = math.sqrt(size)
-    for j in range(n):
-        a[row, j] /= size
-
-
-@borrowing
-def _take_out(a: np.ndarray, first: int, last: int, n: int, x: np.ndarray) -> None:
-    """Take the parts along rows ``first`` to ``last`` of a, which are orthonormal, out of x."""
-    for r in range(first, last):
-        # Four sums, which do not wait for each other.
-        s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
-        whole = n - n % 4
-        for j in range(0, whole, 4):
-            s0 += a[r, j] * x[j]
-            s1 += a[r, j + 1] * x[j + 1]
-            s2 += a[r, j + 2] * x[j + 2]
-            s3 += a[r, j + 3] * x[j + 3]
-        for j in range(whole, n):
-            s0 += a[r, j] * x[j]
-        along = (s0 + s1) + (s2 + s3)
-        for j in range(n):
-            x[j] -= along * a[r, j]
+def _along(x: np.ndarray, y: np.ndarray) -> float:
+    """x · y, by four sums, which do not wait for each other."""
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    whole = len(x) - len(x) % 4
+    for j in range(0, whole, 4):
+        s0 += x[j] * y[j]
+        s1 += x[j + 1] * y[j + 1]
+        s2 += x[j + 2] * y[j + 2]
+        s3 += x[j + 3] * y[j + 3]
+    for j in range(whole, len(x)):
+        s0 += x[j] * y[j]
+    return (s0 + s1) + (s2 + s3)

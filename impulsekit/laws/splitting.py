@@ -91,7 +91,7 @@ def _factor(work: Workspace, n: int) -> int:
         return -1
     for c in range(rank):
         for k in range(size):
-            way[c, order[k]] = matrix[k, c] if k >= c else 0.0
+            way[c, order[k]] = matrix[c, k] if k >= c else 0.0
     return rank
 
 

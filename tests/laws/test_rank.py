@@ -32,8 +32,8 @@ def test_parts_in_the_null_space_are_those_of_the_eigenvectors(rank):
     matrix = of_rank(n, rank, rank)
     factor, order, room, part = matrix.copy(), np.empty(n, int), np.empty((n, n)), np.empty(n)
     assert pivoted_cholesky(factor, n, 1e-10, n, order) == rank
-    lower = np.tril(factor)[:, :rank]
-    assert np.abs(lower @ lower.T - matrix[np.ix_(order, order)]).max() < 1e-14
+    upper = np.triu(factor)[:rank]
+    assert np.abs(upper.T @ upper - matrix[np.ix_(order, order)]).max() < 1e-14
     null_parts(factor, n, rank, order, room, part)
     null = np.linalg.eigh(matrix)[1][:, : n - rank]
     assert np.abs(part - (null**2).sum(axis=1)).max() < 1e-12
