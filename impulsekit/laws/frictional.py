@@ -145,28 +145,18 @@ def _expanded(
             P[k] = start[k]
     if started:
         residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
-        heaviest = _heaviest(work, n) if residual <= BAR else math.inf
-        if heaviest <= BALANCED * sizes.scale:
+        heaviest = largest_term(work, n, sizes) if residual <= BAR else math.inf
+        if heaviest <= BALANCED:
             return _settled(work, n, sizes, dependent, residual)
         # Where Newton wandered to is decided by rounding.
         for k in range(3 * n):
             P[k], start[k] = start[k], P[k]
     code, residual = search_slipping(work, n, sizes, floors, dependent)
-    if heaviest < math.inf and not (residual <= BAR and _heaviest(work, n) < heaviest):
+    if heaviest < math.inf and not (residual <= BAR and largest_term(work, n, sizes) < heaviest):
         for k in range(3 * n):
             P[k] = start[k]
         return _settled(work, n, sizes, dependent, residual_of(work, n, sizes))
     return code, residual
-
-
-@borrowing
-def _heaviest(work: Workspace, n: int) -> float:
-    """The largest velocity that a normal impulse makes at its own contact [m/s]."""
-    most = 0.0
-    for i in range(n):
-        k = 3 * i + 2
-        most = max(most, work.W[k, k] * work.P[k])
-    return most
 
 
 @compiled
