@@ -92,7 +92,7 @@ def _share_dependent(
     shift = _shifts(work, touching, count, dependent)
     if _contradict(work, n, sizes, touching, count, shift):
         return residual, False
-    allowed = residual + max(FINE, SUMMED * largest_term(work, n, sizes))
+    allowed = residual + max(FINE, SUMMED * largest_term(work.W, work.P, 3 * n) / sizes.scale)
     start, mine = work.P[: 3 * n].copy(), touching.copy()
     unloaded = np.zeros(n, np.bool_)
     _polish_even(work, n, sizes, mine, count, shift, unloaded)
@@ -326,7 +326,8 @@ def _contradict(
             j = 3 * touching[c] + 2
             along += shift[r, c] * work.xi[j] / math.sqrt(work.W[j, j])
         apart = max(apart, abs(along) * math.sqrt(work.W[i, i]))
-    return apart > max(TARGETS_APART, SUMMED * largest_term(work, n, sizes)) * sizes.scale
+    rounding = SUMMED * largest_term(work.W, work.P, 3 * n)
+    return apart > max(TARGETS_APART * sizes.scale, rounding)
 
 
 @borrowing

@@ -145,14 +145,14 @@ def _expanded(
             P[k] = start[k]
     if started:
         residual = polish(work, n, sizes, MOST_STEPS, RIDGE)
-        heaviest = largest_term(work, n, sizes) if residual <= BAR else math.inf
-        if heaviest <= BALANCED:
+        heaviest = largest_term(work.W, P, 3 * n) if residual <= BAR else math.inf
+        if heaviest <= BALANCED * sizes.scale:
             return _settled(work, n, sizes, dependent, residual)
         # Where Newton wandered to is decided by rounding.
         for k in range(3 * n):
             P[k], start[k] = start[k], P[k]
     code, residual = search_slipping(work, n, sizes, floors, dependent)
-    if heaviest < math.inf and not (residual <= BAR and largest_term(work, n, sizes) < heaviest):
+    if heaviest < math.inf and not (residual <= BAR and largest_term(work.W, P, 3 * n) < heaviest):
         for k in range(3 * n):
             P[k] = start[k]
         return _settled(work, n, sizes, dependent, residual_of(work, n, sizes))
@@ -200,7 +200,8 @@ def _hold_dependent(work: Workspace, n: int, sizes: Sizes, dependent: float) -> 
             polish(work, n, sizes, FEW, RIDGE)
         residual = residual_of(work, n, sizes)
         slips = _slips(work, n, sizes, HELD)
-    if slips or residual > max(ROUNDING, min(UNEVEN * largest_term(work, n, sizes), HELD)):
+    terms = largest_term(work.W, work.P, 3 * n) / sizes.scale
+    if slips or residual > max(ROUNDING, min(UNEVEN * terms, HELD)):
         return _OPEN, residual
     return _code_of(work, n, sizes, dependent, NO), residual
 

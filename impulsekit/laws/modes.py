@@ -119,7 +119,8 @@ def polish(work: Workspace, n: int, sizes: Sizes, most: int, ridge: float) -> fl
                 break
         elif bar < NEARLY_SOLVED:
             risen += 1
-            if risen > RISES or bar <= max(FINE, SUMMED * largest_term(work, n, sizes)):
+            rounding = SUMMED * largest_term(work.W, P, size) / sizes.scale
+            if risen > RISES or bar <= max(FINE, rounding):
                 break
         if left == 0 and again and DEEP < bar <= BAR:
             left, again = most, False
@@ -142,15 +143,15 @@ def residual_of(work: Workspace, n: int, sizes: Sizes) -> float:
 
 
 @borrowing
-def largest_term(work: Workspace, n: int, sizes: Sizes) -> float:
-    """The largest Σ_j |W_ij P_j|, relative to the velocities."""
+def largest_term(W: np.ndarray, P: np.ndarray, size: int) -> float:
+    """The largest Σ_j |W_ij P_j| [m/s] of the leading rows: what the rounding of W P goes by."""
     most = 0.0
-    for r in range(3 * n):
+    for r in range(size):
         total = 0.0
-        for c in range(3 * n):
-            total += abs(work.W[r, c] * work.P[c])
+        for c in range(size):
+            total += abs(W[r, c] * P[c])
         most = max(most, total)
-    return most / sizes.scale
+    return most
 
 
 @borrowing

@@ -13,7 +13,7 @@ from .even_shares import can_shift, share_evenly
 from .found import SAME
 from .frictional import frictional
 from .least_shares import least_holding, share_least
-from .modes import DEPENDENT, NULL, residual_of, sizes_of
+from .modes import DEPENDENT, NULL, largest_term, residual_of, sizes_of
 from .neighbours import find_neighbours
 from .redundant import is_redundant
 from .single import newtons_shift
@@ -36,7 +36,8 @@ MOST_ANSWERS = 256
 # What an answer that is told of may leave of the law, relative to the velocities.
 LAWFUL = 1e-10
 # Terms of W P may be so many times the velocities: beyond, the errors of a good model, 1e-4, make
-# all that an answer says.
+# all that an answer says. Friction may hold still what hardly moves by loads as large as one likes;
+# which of them are found is a matter of rounding.
 MOST_TERMS = 1e4
 _VALID = (int(Status.SOLVED), int(Status.NOT_UNIQUE))
 
@@ -298,27 +299,11 @@ def _expansions(
                 pressed[total, k] = first[k]
                 found[total, k] = first[k] + backs[back, k]
             # Of shares of one load one is enough: they have one velocity, and gain the same.
-            new = _is_measurable(work.W, found[total], scale)
+            new = largest_term(work.W, found[total], size) <= MOST_TERMS * scale
             for known in range(begin, total):
                 new = new and _speed_between(work.W, found[total], found[known]) > SAME * scale
             total += 1 if new else 0
     return total
-
-
-@borrowing
-def _is_measurable(W: np.ndarray, P: np.ndarray, scale: float) -> bool:
-    """Whether the loads of contacts that bear against each other are within all measure.
-
-    Friction may hold still what hardly moves by loads as large as one likes; which of them are
-    found is a matter of rounding.
-    """
-    for r in range(len(P)):
-        total = 0.0
-        for c in range(len(P)):
-            total += abs(W[r, c] * P[c])
-        if total > MOST_TERMS * scale:
-            return False
-    return True
 
 
 @compiled
