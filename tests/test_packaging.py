@@ -12,7 +12,7 @@ import impulsekit
 
 ROOT = pathlib.Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-LARGEST_WHEEL = 2_000_000  # bytes
+LARGEST_WHEEL = 5_000_000  # bytes
 
 
 def test_the_version_is_the_same_everywhere():
@@ -50,8 +50,7 @@ def test_the_release_workflow_runs_what_it_names():
 
 @pytest.mark.slow
 def test_the_wheel_is_small_and_whole(tmp_path):
-    pytest.importorskip("hatchling")
-    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(tmp_path), "."]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
     (wheel,) = tmp_path.glob("*.whl")
     assert wheel.stat().st_size < LARGEST_WHEEL
@@ -61,4 +60,5 @@ def test_the_wheel_is_small_and_whole(tmp_path):
     ).stdout.split("\n")
     wanted = {name for name in tracked if name and "/bench/results/" not in name}
     assert wanted <= names
+    assert sum(name.startswith("impulsekit/_core.") and ".so" in name for name in names) == 1
     assert not any("tests/" in name or name.endswith((".svg", ".png")) for name in names)

@@ -1,0 +1,11 @@
+// The module impulsekit._core: only files of this folder know Python.
+#include <nanobind/nanobind.h>
+
+namespace nb = nanobind;
+
+void bind_laws(nb::module_& module);
+
+NB_MODULE(_core, module) {
+    module.doc() = "The compiled core of impulsekit.";
+    bind_laws(module);
+}

@@ -1,0 +1,68 @@
+"""The build backend: scikit-build-core, with a compiler from PyPI where the machine has none."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import scikit_build_core.build as backend
+from scikit_build_core.build import build_sdist, get_requires_for_build_sdist
+
+__all__ = [
+    "build_editable", "build_sdist", "build_wheel", "get_requires_for_build_editable",
+    "get_requires_for_build_sdist", "get_requires_for_build_wheel",
+]  # fmt: skip
+
+COMPILERS = ("c++", "g++", "clang++")
+ZIG = "ziglang>=0.13"
+
+
+def has_compiler() -> bool:
+    """Return whether a C++ compiler is set or on the path."""
+    return bool(os.environ.get("CXX")) or any(map(shutil.which, COMPILERS))
+
+
+def get_requires_for_build_wheel(settings: Any = None) -> list[str]:
+    """Return what building a wheel needs besides pyproject's list."""
+    required: list[str] = backend.get_requires_for_build_wheel(settings)
+    return required if has_compiler() else [*required, ZIG]
+
+
+def get_requires_for_build_editable(settings: Any = None) -> list[str]:
+    """Return what an editable install needs besides pyproject's list."""
+    required: list[str] = backend.get_requires_for_build_editable(settings)
+    return required if has_compiler() else [*required, ZIG]
+
+
+def build_wheel(directory: str, settings: Any = None, metadata: str | None = None) -> str:
+    """Build a wheel into a directory and return its file name."""
+    use_zig_if_needed()
+    name: str = backend.build_wheel(directory, settings, metadata)
+    return name
+
+
+def build_editable(directory: str, settings: Any = None, metadata: str | None = None) -> str:
+    """Build an editable wheel into a directory and return its file name."""
+    use_zig_if_needed()
+    name: str = backend.build_editable(directory, settings, metadata)
+    return name
+
+
+def use_zig_if_needed() -> None:
+    """Point CC and CXX at the compiler of the package ziglang, where no other is found."""
+    if has_compiler():
+        return
+    folder = Path(tempfile.mkdtemp(prefix="impulsekit-zig-"))
+    for variable, command in (("CC", "cc"), ("CXX", "c++")):
+        script = folder / command
+        # The processor's own instructions would make objects for this machine alone.
+        script.write_text(
+            f'#!/bin/sh\nexec "{sys.executable}" -m ziglang {command} -mcpu=baseline "$@"\n'
+        )
+        script.chmod(script.stat().st_mode | stat.S_IXUSR)
+        os.environ[variable] = str(script)
