@@ -1,0 +1,40 @@
+// Arrays between Python and the core, checked at the border.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace impulsekit {
+
+namespace nb = nanobind;
+
+using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+using Integers = nb::ndarray<const int, nb::c_contig, nb::device::cpu>;
+
+// The numbers of an array that must hold `size` of them.
+template <typename T>
+const T* data_of(const nb::ndarray<const T, nb::c_contig, nb::device::cpu>& array,
+                 std::size_t size, const char* name) {
+    if (array.size() != size)
+        throw nb::value_error((std::string(name) + ": expected " + std::to_string(size) +
+                               " numbers, got " + std::to_string(array.size()))
+                                  .c_str());
+    return array.data();
+}
+
+// A new array of Python's that owns a copy.
+template <typename Source>
+auto array_of(const Source& values) {
+    std::size_t size = values.size();
+    double* copy = new double[std::max<std::size_t>(size, 1)];
+    std::copy(values.begin(), values.end(), copy);
+    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
+    return nb::ndarray<nb::numpy, double, nb::ndim<1>>(copy, {size}, owner);
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,47 @@
+// The one cone solver: contacts that push, each with cones of friction over its normal impulse.
+#pragma once
+
+#include <vector>
+
+#include "arena.hpp"
+
+namespace impulsekit {
+
+// n contacts in the rows of P, ξ = W P + b. With P_n the impulse along a contact's normal,
+//     P_n >= floor,  ξ_n >= 0,  (P_n − floor) ξ_n = 0,
+// and for each group g of one or two rows
+//     |P_g| <= µ_g P_n,  P_g = −µ_g P_n ξ_g/|ξ_g| where ξ_g is not 0.
+// Coulomb's friction is a group of the two tangents; rolling friction one of two moments, torsional
+// friction one of one moment, with µ_g a length.
+struct Cones {
+    std::vector<int> normal;      // (n) row of each contact's normal
+    std::vector<double> floor;    // (n) [N s]
+    std::vector<int> first;       // (g) first row of each group
+    std::vector<int> size;        // (g) 1 or 2
+    std::vector<int> contact;     // (g) whose normal impulse bounds it
+    std::vector<double> friction; // (g) µ_g
+};
+
+struct ConeSolution {
+    double residual = 0.0;      // of the natural map, relative
+    int steps = 0;              // of Newton's method
+    bool immovable = false;     // a contact approaches that no impulse moves
+    std::vector<char> unique;   // (n) whether the contact's impulse is determined
+};
+
+// Solve for P (rows), which is overwritten. `scale`: the size of the velocities from which b came
+// [m/s], against which rounding counts; W is (rows, rows).
+ConeSolution solve_cones(const double* W, int rows, const double* b, double scale,
+                         const Cones& cones, double* P);
+
+// The residual of a given P, as `solve_cones` measures it.
+double cone_residual(const double* W, int rows, const double* b, double scale, const Cones& cones,
+                     const double* P);
+
+// All other P that obey, found by Newton's method from every mode (open, sticking, slipping) of up
+// to four contacts with friction; velocities W P differ from those of the P given. At most `most`.
+std::vector<std::vector<double>> other_solutions(const double* W, int rows, const double* b,
+                                                 double scale, const Cones& cones,
+                                                 const double* P, int most);
+
+}  // namespace impulsekit

@@ -1,0 +1,69 @@
+// What a law of contact is given, and what it answers.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace impulsekit {
+
+enum class Restitution { newton, poisson, stronge, lzb };
+enum class Slip { end, path };
+enum class Order { simultaneous, sequential };
+
+struct Law {
+    Restitution restitution = Restitution::newton;
+    Slip slip = Slip::end;
+    Order order = Order::simultaneous;
+    double exponent = 1.5;  // of "lzb": F = k δ^exponent
+};
+
+// Codes as impulsekit.Status has them.
+enum class Status { solved = 0, energy_gain = 4, no_solution = 6, not_converged = 7 };
+
+// Friction that is more than one number.
+struct Friction {
+    enum class Kind { number, static_kinetic, by_speed, elliptic };
+    Kind kind = Kind::number;
+    double first = 0.0, second = 0.0;          // µ; static, kinetic; µ along and across an axis
+    double axis[2] = {1.0, 0.0};               // of an ellipse, in the contact's tangents
+    std::function<double(double)> at_speed{};  // µ by slip speed [m/s]
+};
+
+// n contacts of three rows each, two tangents and then the normal, which points from what is
+// touched to what touches: approaching is u_n < 0. u⁺ = u_free + W P. After them come three rows for
+// each of the contacts that resist rolling and spin, of the relative angular velocity [rad/s].
+struct ContactProblem {
+    int contacts = 0, turning = 0;
+    const double* W = nullptr;            // (r, r), r = 3 (contacts + turning) [1/kg]
+    const double* before = nullptr;       // (r) u⁻ [m/s]
+    const double* free = nullptr;         // (r) u⁻ and what known impulses add to it [m/s]
+    const double* restitution = nullptr;  // (contacts) e
+    const double* friction = nullptr;     // (contacts) µ
+    const double* tangential = nullptr;   // (contacts) e_t
+    const double* stiffness = nullptr;    // (contacts) k, for "lzb"; else null
+    const double* adhesion = nullptr;     // (contacts) largest pull [N s]; null where none holds
+    const int* turning_of = nullptr;      // (turning) the contact
+    const double* rolling = nullptr;      // (turning) [m]
+    const double* torsion = nullptr;      // (turning) [m]
+    const Friction* models = nullptr;     // (contacts); null where all are numbers
+
+    int rows() const { return 3 * (contacts + turning); }
+};
+
+struct ContactSolution {
+    std::vector<double> impulse, after, start;        // (r) P [N s], u⁺, and where works begin [m/s]
+    std::vector<double> normal_work, friction_work;  // (contacts + turning) [J]
+    std::vector<double> friction;                    // (contacts) µ in the end, of `models`
+    std::vector<char> unique;                        // (contacts + turning)
+    Status status = Status::solved;
+    double residual = 0.0;
+    int iterations = 0;  // of Newton's method; hits of a sequence; steps of a motion
+    bool tied = false;   // the order of entries decided which contact is hit first
+    std::string refused; // what the law does not accept, with {i} the number of a contact
+};
+
+// The impulses of all contacts of one instant under a law.
+ContactSolution solve_contacts(const ContactProblem& problem, const Law& law);
+
+}  // namespace impulsekit

@@ -1,0 +1,28 @@
+// The tolerances of the laws of contact: each with meaning, unit and reason. All are relative
+// unless a unit is given; rounding of a double is 2.2e-16.
+#pragma once
+
+namespace impulsekit::tolerance {
+
+// Residual of the natural map, relative to the terms of W P and to the velocities, that an answer
+// must come down to. Rounding of 3n sums leaves some 1e-15, redundant rows some 1e-13.
+inline constexpr double residual = 1e-10;
+// Where Newton's iteration ends: the residual is rounding.
+inline constexpr double rounding = 1e-15;
+// A pivot of the scaled Delassus matrix below this is that of a dependent row: 1e-6 of a length.
+inline constexpr double dependent = 1e-12;
+// Compliance of each contact beside its own mobility, with which redundant contacts are first
+// solved; which of them press and slip is the same as in the limit of rigidity.
+inline constexpr double compliance = 1e-6;
+// A contact whose square in the null space of the loaded rows is above this shares its load.
+inline constexpr double shared = 1e-9;
+// W_nn below this share of the largest mobility is the square of a rounding error.
+inline constexpr double immovable = 1e-24;
+// Velocities below this share of all velocities are zero: rounding of sums over contacts.
+inline constexpr double at_rest = 1e-12;
+// Work above this share of the energies in play is a gain.
+inline constexpr double gain = 1e-10;
+// Coefficients below this are zero: products with them would leave the doubles.
+inline constexpr double negligible = 1e-150;
+
+}  // namespace impulsekit::tolerance
