@@ -18,8 +18,8 @@ using Integers = nb::ndarray<const int, nb::c_contig, nb::device::cpu>;
 
 // The numbers of an array that must hold `size` of them.
 template <typename T>
-const T* data_of(const nb::ndarray<const T, nb::c_contig, nb::device::cpu>& array,
-                 std::size_t size, const char* name) {
+const T* data_of(const nb::ndarray<const T, nb::c_contig, nb::device::cpu>& array, std::size_t size,
+                 const char* name) {
     if (array.size() != size)
         throw nb::value_error((std::string(name) + ": expected " + std::to_string(size) +
                                " numbers, got " + std::to_string(array.size()))

@@ -1,12 +1,12 @@
 // Laws of contact, as Python calls them.
+#include "bind/laws.hpp"
+
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/vector.h>
 
 #include <optional>
 
-#include "bind/arrays.hpp"
-#include "laws/problem.hpp"
 #include "laws/sequence.hpp"
 
 namespace nb = nanobind;
@@ -28,59 +28,57 @@ Friction friction_of(const nb::tuple& given) {
     return f;
 }
 
-// The arrays of a problem, kept alive for the call.
-struct Given {
-    Array W, before, free, restitution, friction, tangential;
-    std::optional<Array> stiffness, adhesion;
-    std::optional<Integers> turning_of;
-    std::optional<Array> rolling, torsion;
-    std::vector<Friction> models;
+ContactProblem posed(const GivenContacts& given, const Array& W, const Array& before,
+                     const Array& free) {
+    ContactProblem problem = given.coefficients();
+    const std::size_t rows = problem.rows();
+    problem.W = data_of(W, rows * rows, "W");
+    problem.before = data_of(before, rows, "before");
+    problem.free = data_of(free, rows, "free");
+    return problem;
+}
 
-    ContactProblem problem() const {
-        ContactProblem p;
-        p.contacts = static_cast<int>(restitution.size());
-        p.turning = turning_of ? static_cast<int>(turning_of->size()) : 0;
-        const std::size_t n = restitution.size(), k = p.turning, rows = p.rows();
-        p.W = data_of(W, rows * rows, "delassus");
-        p.before = data_of(before, rows, "velocity_before");
-        p.free = data_of(free, rows, "velocity_free");
-        p.restitution = restitution.data();
-        p.friction = data_of(friction, n, "friction");
-        p.tangential = data_of(tangential, n, "tangential_restitution");
-        if (stiffness) p.stiffness = data_of(*stiffness, n, "stiffness");
-        if (adhesion) p.adhesion = data_of(*adhesion, n, "adhesion");
-        if (k > 0) {
-            if (!rolling || !torsion) throw nb::value_error("turning: rolling and torsion wanted");
-            p.turning_of = turning_of->data();
-            p.rolling = data_of(*rolling, k, "rolling");
-            p.torsion = data_of(*torsion, k, "torsion");
-            for (std::size_t i = 0; i < k; ++i)
-                if (p.turning_of[i] < 0 || p.turning_of[i] >= p.contacts)
-                    throw nb::value_error("turning: there is no such contact");
-        }
-        if (!models.empty()) {
-            if (models.size() != n) throw nb::value_error("models: one of each contact");
-            p.models = models.data();
-        }
-        return p;
+}  // namespace
+
+ContactProblem GivenContacts::coefficients() const {
+    ContactProblem p;
+    const std::size_t n = restitution.size(), k = turning_of ? turning_of->size() : 0;
+    p.contacts = static_cast<int>(n);
+    p.turning = static_cast<int>(k);
+    p.restitution = restitution.data();
+    p.friction = data_of(friction, n, "friction");
+    p.tangential = data_of(tangential, n, "tangential_restitution");
+    if (stiffness) p.stiffness = data_of(*stiffness, n, "stiffness");
+    if (adhesion) p.adhesion = data_of(*adhesion, n, "adhesion");
+    if (k > 0) {
+        if (!rolling || !torsion) throw nb::value_error("turning: rolling and torsion are wanted");
+        p.turning_of = turning_of->data();
+        p.rolling = data_of(*rolling, k, "rolling");
+        p.torsion = data_of(*torsion, k, "torsion");
+        for (std::size_t i = 0; i < k; ++i)
+            if (p.turning_of[i] < 0 || p.turning_of[i] >= p.contacts)
+                throw nb::value_error("turning: there is no such contact");
     }
-};
+    if (!models.empty()) {
+        if (models.size() != n) throw nb::value_error("models: one of each contact");
+        p.models = models.data();
+    }
+    return p;
+}
 
-Given given_of(const nb::tuple& arrays, const std::vector<nb::tuple>& models) {
-    Given given{nb::cast<Array>(arrays[0]),
-                nb::cast<Array>(arrays[1]),
-                nb::cast<Array>(arrays[2]),
-                nb::cast<Array>(arrays[3]),
-                nb::cast<Array>(arrays[4]),
-                nb::cast<Array>(arrays[5]),
-                nb::cast<std::optional<Array>>(arrays[6]),
-                nb::cast<std::optional<Array>>(arrays[7]),
-                nb::cast<std::optional<Integers>>(arrays[8]),
-                nb::cast<std::optional<Array>>(arrays[9]),
-                nb::cast<std::optional<Array>>(arrays[10]),
-                {}};
-    for (const nb::tuple& model : models) given.models.push_back(friction_of(model));
-    return given;
+GivenContacts contacts_of(const nb::tuple& given, const std::vector<nb::tuple>& models) {
+    if (given.size() != 8) throw nb::value_error("contacts: eight arrays are wanted");
+    GivenContacts contacts{nb::cast<Array>(given[0]),
+                           nb::cast<Array>(given[1]),
+                           nb::cast<Array>(given[2]),
+                           nb::cast<std::optional<Array>>(given[3]),
+                           nb::cast<std::optional<Array>>(given[4]),
+                           nb::cast<std::optional<Integers>>(given[5]),
+                           nb::cast<std::optional<Array>>(given[6]),
+                           nb::cast<std::optional<Array>>(given[7]),
+                           {}};
+    for (const nb::tuple& model : models) contacts.models.push_back(friction_of(model));
+    return contacts;
 }
 
 Law law_of(int restitution, int slip, int order, double exponent) {
@@ -90,42 +88,42 @@ Law law_of(int restitution, int slip, int order, double exponent) {
             static_cast<Order>(order), exponent};
 }
 
-}  // namespace
 }  // namespace impulsekit
 
 void bind_laws(nb::module_& module) {
     using namespace impulsekit;
     module.def(
         "solve_contacts",
-        [](const nb::tuple& arrays, const std::vector<nb::tuple>& models, int restitution,
-           int slip, int order, double exponent) {
-            Given given = given_of(arrays, models);
-            ContactProblem problem = given.problem();
-            ContactSolution s =
-                solve_contacts(problem, law_of(restitution, slip, order, exponent));
-            return nb::make_tuple(array_of(s.impulse), array_of(s.after),
-                                  static_cast<int>(s.status), s.residual, array_of(s.unique),
-                                  array_of(s.start), array_of(s.normal_work),
-                                  array_of(s.friction_work), s.iterations, s.tied,
-                                  array_of(s.friction), s.refused);
+        [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,
+           const std::vector<nb::tuple>& models, int restitution, int slip, int order,
+           double exponent) {
+            GivenContacts given = contacts_of(contacts, models);
+            ContactProblem problem = posed(given, W, before, free);
+            ContactSolution s = solve_contacts(problem, law_of(restitution, slip, order, exponent));
+            return nb::make_tuple(
+                array_of(s.impulse), array_of(s.after), static_cast<int>(s.status), s.residual,
+                array_of(s.unique), array_of(s.start), array_of(s.normal_work),
+                array_of(s.friction_work), s.iterations, s.tied, array_of(s.friction), s.refused);
         },
-        nb::arg("arrays"), nb::arg("models"), nb::arg("restitution"), nb::arg("slip"),
-        nb::arg("order"), nb::arg("exponent"),
+        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"), nb::arg("models"),
+        nb::arg("restitution"), nb::arg("slip"), nb::arg("order"), nb::arg("exponent"),
         "Return the impulses of contacts: impulse, velocity after, code of the status, residual, "
         "unique, velocity from which works count, works of normals and friction, iterations, "
         "tied, friction, and what the law refuses.");
     module.def(
         "sequence_hits",
-        [](const nb::tuple& arrays, int restitution, int slip) {
-            Given given = given_of(arrays, {});
+        [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,
+           int restitution, int slip) {
+            GivenContacts given = contacts_of(contacts, {});
             std::vector<Hit> hits;
-            solve_sequence(given.problem(), law_of(restitution, slip, 1, 1.5), &hits);
+            solve_sequence(posed(given, W, before, free), law_of(restitution, slip, 1, 1.5), &hits);
             nb::list found;
             for (const Hit& hit : hits)
-                found.append(nb::make_tuple(hit.contact, hit.impulse[0], hit.impulse[1],
-                                            hit.impulse[2]));
+                found.append(
+                    nb::make_tuple(hit.contact, hit.impulse[0], hit.impulse[1], hit.impulse[2]));
             return found;
         },
-        nb::arg("arrays"), nb::arg("restitution"), nb::arg("slip"),
+        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"),
+        nb::arg("restitution"), nb::arg("slip"),
         "Return the hits of a sequence in order: contact and impulse.");
 }

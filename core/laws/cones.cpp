@@ -19,17 +19,17 @@ constexpr int kMemory = 4;
 // in units of the largest: then P and ξ have one unit, and the natural map has no parameter.
 struct System {
     int rows = 0, contacts = 0, groups = 0;
-    double* A = nullptr;        // (rows, rows)
-    double* b = nullptr;        // (rows)
-    int* source = nullptr;      // (rows) row of the given problem
-    double* unit = nullptr;     // (rows) P_given = unit · P · velocity
-    int* normal = nullptr;      // (contacts)
-    int* owner = nullptr;       // (contacts) number of the given contact
-    double* floor = nullptr;    // (contacts)
-    int* first = nullptr;       // (groups)
-    int* size = nullptr;        // (groups)
-    int* contact = nullptr;     // (groups)
-    double* friction = nullptr; // (groups)
+    double* A = nullptr;         // (rows, rows)
+    double* b = nullptr;         // (rows)
+    int* source = nullptr;       // (rows) row of the given problem
+    double* unit = nullptr;      // (rows) P_given = unit · P · velocity
+    int* normal = nullptr;       // (contacts)
+    int* owner = nullptr;        // (contacts) number of the given contact
+    double* floor = nullptr;     // (contacts)
+    int* first = nullptr;        // (groups)
+    int* size = nullptr;         // (groups)
+    int* contact = nullptr;      // (groups)
+    double* friction = nullptr;  // (groups)
     double velocity = 1.0;
     bool blocked = false;
 };
@@ -82,8 +82,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
     for (int k = 0; k < g; ++k) {
         int c = place[cones.contact[k]], kept[2];
         if (c < 0 || !(cones.friction[k] > tolerance::negligible)) continue;
-        int count =
-            moving_rows(W, rows, b, scale, mobility, cones.first[k], cones.size[k], kept);
+        int count = moving_rows(W, rows, b, scale, mobility, cones.first[k], cones.size[k], kept);
         if (count == 0) continue;
         double own = 0.0;
         for (int j = 0; j < count; ++j) own = std::max(own, W[kept[j] * rows + kept[j]]);
@@ -105,8 +104,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
         s.b[i] = s.unit[i] * b[s.source[i]];
         fastest = std::max({fastest, std::abs(s.b[i]), s.unit[i] * scale * 1e-3});
         for (int j = 0; j < s.rows; ++j)
-            s.A[i * s.rows + j] =
-                s.unit[i] * W[s.source[i] * rows + s.source[j]] * s.unit[j];
+            s.A[i * s.rows + j] = s.unit[i] * W[s.source[i] * rows + s.source[j]] * s.unit[j];
     }
     for (int c = 0; c < s.contacts; ++c) {
         s.floor[c] = cones.floor[s.owner[c]] / s.unit[s.normal[c]];

@@ -14,19 +14,19 @@ namespace impulsekit {
 // Coulomb's friction is a group of the two tangents; rolling friction one of two moments, torsional
 // friction one of one moment, with µ_g a length.
 struct Cones {
-    std::vector<int> normal;      // (n) row of each contact's normal
-    std::vector<double> floor;    // (n) [N s]
-    std::vector<int> first;       // (g) first row of each group
-    std::vector<int> size;        // (g) 1 or 2
-    std::vector<int> contact;     // (g) whose normal impulse bounds it
-    std::vector<double> friction; // (g) µ_g
+    std::vector<int> normal;       // (n) row of each contact's normal
+    std::vector<double> floor;     // (n) [N s]
+    std::vector<int> first;        // (g) first row of each group
+    std::vector<int> size;         // (g) 1 or 2
+    std::vector<int> contact;      // (g) whose normal impulse bounds it
+    std::vector<double> friction;  // (g) µ_g
 };
 
 struct ConeSolution {
-    double residual = 0.0;      // of the natural map, relative
-    int steps = 0;              // of Newton's method
-    bool immovable = false;     // a contact approaches that no impulse moves
-    std::vector<char> unique;   // (n) whether the contact's impulse is determined
+    double residual = 0.0;     // of the natural map, relative
+    int steps = 0;             // of Newton's method
+    bool immovable = false;    // a contact approaches that no impulse moves
+    std::vector<char> unique;  // (n) whether the contact's impulse is determined
 };
 
 // Solve for P (rows), which is overwritten. `scale`: the size of the velocities from which b came
@@ -41,7 +41,7 @@ double cone_residual(const double* W, int rows, const double* b, double scale, c
 // All other P that obey, found by Newton's method from every mode (open, sticking, slipping) of up
 // to four contacts with friction; velocities W P differ from those of the P given. At most `most`.
 std::vector<std::vector<double>> other_solutions(const double* W, int rows, const double* b,
-                                                 double scale, const Cones& cones,
-                                                 const double* P, int most);
+                                                 double scale, const Cones& cones, const double* P,
+                                                 int most);
 
 }  // namespace impulsekit

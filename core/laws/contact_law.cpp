@@ -148,16 +148,15 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
                 W[3 * k + l] = problem.W[(3 * last + k) * rows + 3 * last + l];
         Restitution own =
             law.restitution == Restitution::lzb ? Restitution::stronge : law.restitution;
-        PathImpact impact =
-            follow_path(W, problem.before[3 * last + 2], problem.free + 3 * last,
-                        problem.restitution[last], problem.friction[last], own);
+        PathImpact impact = follow_path(W, problem.before[3 * last + 2], problem.free + 3 * last,
+                                        problem.restitution[last], problem.friction[last], own);
         ContactSolution solution = empty_solution(problem);
         std::copy(impact.impulse, impact.impulse + 3, solution.impulse.begin() + 3 * last);
         multiply(problem.W, rows, solution.impulse.data(), problem.free, solution.after.data());
         bool alone = true;
         for (int i = 0; i < n; ++i)
-            alone = alone && (i == last ||
-                              solution.after[3 * i + 2] >= -tolerance::at_rest * scale);
+            alone =
+                alone && (i == last || solution.after[3 * i + 2] >= -tolerance::at_rest * scale);
         if (alone || impact.status > Status::energy_gain) {
             solution.normal_work[last] = impact.normal_work;
             solution.friction_work[last] = impact.friction_work;
@@ -206,9 +205,8 @@ ContactSolution solve_numbers(const ContactProblem& problem, const Law& law) {
 
 // With P̂ = P + A n the law of a contact that pushes, and µ P̂ its cone: u⁺ = u_free − W A n + W P̂
 // (Moreau's unilateral contact shifted along its normal; Raous, Cangémi & Cocu 1999 for the cone).
-ContactSolution solve_adhesive(
-    const ContactProblem& problem,
-    const std::function<ContactSolution(const ContactProblem&)>& solve) {
+ContactSolution solve_adhesive(const ContactProblem& problem,
+                               const std::function<ContactSolution(const ContactProblem&)>& solve) {
     const int rows = problem.rows(), n = problem.contacts;
     std::vector<double> pull(rows, 0.0), free(rows);
     for (int i = 0; i < n; ++i) pull[3 * i + 2] = -problem.adhesion[i];
@@ -233,10 +231,10 @@ ContactSolution solve_adhesive(
     found.start.assign(problem.before, problem.before + rows);
     // Of P̂ the works would count the pull, which nothing exerts.
     if (found.status == Status::solved || found.status == Status::energy_gain)
-        found.status = gains_energy(found.impulse.data(), problem.before, problem.free, rows, work,
-                                    size)
-                           ? Status::energy_gain
-                           : Status::solved;
+        found.status =
+            gains_energy(found.impulse.data(), problem.before, problem.free, rows, work, size)
+                ? Status::energy_gain
+                : Status::solved;
     return found;
 }
 
@@ -245,8 +243,9 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
     const char* names[] = {"newton", "poisson", "stronge", "lzb"};
     for (int i = 0; i < problem.contacts; ++i)
         if (problem.tangential[i] != 0.0 && problem.friction[i] > tolerance::negligible)
-            return std::string("contacts: tangential restitution has no meaning with "
-                               "restitution=\"") +
+            return std::string(
+                       "contacts: tangential restitution has no meaning with "
+                       "restitution=\"") +
                    names[static_cast<int>(law.restitution)] + "\", slip=\"" +
                    (law.slip == Slip::end ? "end" : "path") +
                    "\"; it belongs to Law(restitution=\"newton\", slip=\"end\"), or is 0";

@@ -106,17 +106,17 @@ bool obeys(const ContactSolution& found) {
 
 // The solution in which µ = f(|u_t⁺|) at each contact of `smooth` (Broyden's method, from the
 // fixed-point iteration).
-ContactSolution solve_by_speed(
-    Rounded& rounded, const ContactProblem& problem, const std::vector<int>& smooth,
-    std::vector<double>& mu, const std::function<ContactSolution(const ContactProblem&)>& solve) {
+ContactSolution solve_by_speed(Rounded& rounded, const ContactProblem& problem,
+                               const std::vector<int>& smooth, std::vector<double>& mu,
+                               const std::function<ContactSolution(const ContactProblem&)>& solve) {
     ContactSolution found = solve(rounded.with_friction(mu));
     const int count = static_cast<int>(smooth.size());
     if (count == 0) return found;
     auto missing = [&] {
         std::vector<double> left(count);
         for (int k = 0; k < count; ++k)
-            left[k] = problem.models[smooth[k]].at_speed(rounded.slip(found, smooth[k])) -
-                      mu[smooth[k]];
+            left[k] =
+                problem.models[smooth[k]].at_speed(rounded.slip(found, smooth[k])) - mu[smooth[k]];
         return left;
     };
     auto bar = [&](double share) { return share * (1.0 + largest(mu.data(), problem.contacts)); };

@@ -83,8 +83,19 @@ class Path {
   public:
     Path(const double* W, double before, const double* free, double e, double mu,
          Restitution restitution, double scale)
-        : t11_(W[0]), t12_(W[1]), t22_(W[4]), n1_(W[2]), n2_(W[5]), nn_(W[8]), e_(e), mu_(mu),
-          scale_(scale), restitution_(restitution), u1_(free[0]), u2_(free[1]), un_(free[2]) {
+        : t11_(W[0]),
+          t12_(W[1]),
+          t22_(W[4]),
+          n1_(W[2]),
+          n2_(W[5]),
+          nn_(W[8]),
+          e_(e),
+          mu_(mu),
+          scale_(scale),
+          restitution_(restitution),
+          u1_(free[0]),
+          u2_(free[1]),
+          un_(free[2]) {
         target_ = restitution == Restitution::newton ? std::max(0.0, -e * before) : 0.0;
         compressing_ = free[2] < 0.0;
     }
@@ -353,8 +364,7 @@ class Path {
     // How far the end is from what the law asks, relative.
     double end_residual() const {
         if (restitution_ == Restitution::newton) return std::abs(un_ - target_) / scale_;
-        if (restitution_ == Restitution::poisson)
-            return std::abs(p_ - (1.0 + e_) * pressed_) / p_;
+        if (restitution_ == Restitution::poisson) return std::abs(p_ - (1.0 + e_) * pressed_) / p_;
         return spent_ == 0.0 ? 0.0 : std::abs(regained_ + e_ * e_ * spent_) / -spent_;
     }
 

@@ -7,8 +7,8 @@ namespace impulsekit {
 
 // What one contact did.
 struct PathImpact {
-    double impulse[3] = {0.0, 0.0, 0.0};  // tangents, normal [N s]
-    double after[3] = {0.0, 0.0, 0.0};    // u⁺ [m/s]
+    double impulse[3] = {0.0, 0.0, 0.0};            // tangents, normal [N s]
+    double after[3] = {0.0, 0.0, 0.0};              // u⁺ [m/s]
     double normal_work = 0.0, friction_work = 0.0;  // [J]
     double residual = 0.0;
     Status status = Status::solved;
@@ -16,8 +16,8 @@ struct PathImpact {
 
 // W (3, 3) of the contact [1/kg], u_n⁻ for Newton's target, u_free where the impact starts [m/s].
 // With s the direction of slip, du/dp = W (−µ s, 1) (Routh 1860; Keller 1986). Slip ends where
-// u_t = 0: there the contact sticks if friction can hold it, |k| <= µ with W_tt k = −W_tn; else slip
-// starts again in the one direction that keeps. The impact ends at u_n = −e u_n⁻ (Newton), at
+// u_t = 0: there the contact sticks if friction can hold it, |k| <= µ with W_tt k = −W_tn; else
+// slip starts again in the one direction that keeps. The impact ends at u_n = −e u_n⁻ (Newton), at
 // p = (1 + e) p_c (Poisson), or when e² of the work of compression is regained (Stronge 1990).
 PathImpact follow_path(const double* W, double before, const double* free, double e, double mu,
                        Restitution restitution);

@@ -31,8 +31,8 @@ struct Friction {
 };
 
 // n contacts of three rows each, two tangents and then the normal, which points from what is
-// touched to what touches: approaching is u_n < 0. u⁺ = u_free + W P. After them come three rows for
-// each of the contacts that resist rolling and spin, of the relative angular velocity [rad/s].
+// touched to what touches: approaching is u_n < 0. u⁺ = u_free + W P. After them come three rows
+// for each of the contacts that resist rolling and spin, of the relative angular velocity [rad/s].
 struct ContactProblem {
     int contacts = 0, turning = 0;
     const double* W = nullptr;            // (r, r), r = 3 (contacts + turning) [1/kg]
@@ -52,15 +52,15 @@ struct ContactProblem {
 };
 
 struct ContactSolution {
-    std::vector<double> impulse, after, start;        // (r) P [N s], u⁺, and where works begin [m/s]
+    std::vector<double> impulse, after, start;       // (r) P [N s], u⁺, and where works begin [m/s]
     std::vector<double> normal_work, friction_work;  // (contacts + turning) [J]
     std::vector<double> friction;                    // (contacts) µ in the end, of `models`
     std::vector<char> unique;                        // (contacts + turning)
     Status status = Status::solved;
     double residual = 0.0;
-    int iterations = 0;  // of Newton's method; hits of a sequence; steps of a motion
-    bool tied = false;   // the order of entries decided which contact is hit first
-    std::string refused; // what the law does not accept, with {i} the number of a contact
+    int iterations = 0;   // of Newton's method; hits of a sequence; steps of a motion
+    bool tied = false;    // the order of entries decided which contact is hit first
+    std::string refused;  // what the law does not accept, with {i} the number of a contact
 };
 
 // The impulses of all contacts of one instant under a law.

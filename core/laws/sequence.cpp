@@ -93,8 +93,9 @@ class Sequence {
         return found;
     }
 
-    // Of contacts that are equally fast the one of most friction, restitution, sideways motion: what
-    // no unit, axis or order of entries changes. Where all are alike it is the first, and tied.
+    // Of contacts that are equally fast the one of most friction, restitution, sideways motion:
+    // what no unit, axis or order of entries changes. Where all are alike it is the first, and
+    // tied.
     int foremost(int found, double pace) {
         int best = -1;
         bool tied = false;
@@ -136,8 +137,7 @@ class Sequence {
         double W[9], u[3];
         for (int k = 0; k < 3; ++k) {
             u[k] = solution_.after[3 * i + k];
-            for (int j = 0; j < 3; ++j)
-                W[3 * k + j] = problem_.W[(3 * i + k) * rows_ + 3 * i + j];
+            for (int j = 0; j < 3; ++j) W[3 * k + j] = problem_.W[(3 * i + k) * rows_ + 3 * i + j];
         }
         double impulse[3], normal, friction, residual;
         Status status;
@@ -204,12 +204,11 @@ class Sequence {
             double* sum = k <= p ? last.data() : before.data();
             for (int j = 0; j < 3; ++j) sum[3 * own.contact + j] += own.impulse[j];
         }
-        double ratio = dot(last.data(), before.data(), rows_) /
-                       dot(before.data(), before.data(), rows_);
+        double ratio =
+            dot(last.data(), before.data(), rows_) / dot(before.data(), before.data(), rows_);
         if (!(ratio > 0.0 && ratio < 1.0 - 1e-9)) return;
         double off = 0.0;
-        for (int r = 0; r < rows_; ++r)
-            off = std::max(off, std::abs(last[r] - ratio * before[r]));
+        for (int r = 0; r < rows_; ++r) off = std::max(off, std::abs(last[r] - ratio * before[r]));
         double left = 1.0 - ratio;
         if (off / (left * left) > kSeries * largest(solution_.impulse.data(), rows_)) return;
         std::vector<double> start = solution_.after;
@@ -230,8 +229,7 @@ class Sequence {
 
     void finish() {
         double work = 0.0;
-        for (int i = 0; i < n_; ++i)
-            work += solution_.normal_work[i] + solution_.friction_work[i];
+        for (int i = 0; i < n_; ++i) work += solution_.normal_work[i] + solution_.friction_work[i];
         if (solution_.status == Status::solved && work > tolerance::gain * size_)
             solution_.status = Status::energy_gain;
     }

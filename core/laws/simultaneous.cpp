@@ -74,8 +74,8 @@ double velocity_scale(const ContactProblem& problem) {
     double scale = 0.0;
     for (int i = 0; i < problem.contacts; ++i)
         for (int k = problem.friction[i] > tolerance::negligible ? 0 : 2; k < 3; ++k)
-            scale = std::max({scale, std::abs(problem.before[3 * i + k]),
-                              std::abs(problem.free[3 * i + k])});
+            scale = std::max(
+                {scale, std::abs(problem.before[3 * i + k]), std::abs(problem.free[3 * i + k])});
     return scale;
 }
 

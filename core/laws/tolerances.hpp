@@ -20,6 +20,19 @@ inline constexpr double shared = 1e-9;
 inline constexpr double immovable = 1e-24;
 // Velocities below this share of all velocities are zero: rounding of sums over contacts.
 inline constexpr double at_rest = 1e-12;
+// A bilateral row of unit length that stands less than this [rad] out of the span of the others
+// depends on them: loops closed by hand are off by about as much; of rounding it is the second.
+inline constexpr double dependent_row = 1e-7;
+inline constexpr double rounding_of_row = 1e-14;
+// What bilateral rows leave of a contact row below this share of it is rounding.
+inline constexpr double in_span = 1e-13;
+// What dependent rows may disagree by, relative to the velocities they speak of: loops closed by
+// hand disagree by their digits.
+inline constexpr double contradiction = 1e-6;
+// J Δv beside W P, and A Δv beside what is asked: above this they are brought nearer by one step.
+inline constexpr double refined = 1e-14;
+// A finished impact whose residuals are above this is INACCURATE.
+inline constexpr double inaccurate = 1e-9;
 // Work above this share of the energies in play is a gain.
 inline constexpr double gain = 1e-10;
 // Coefficients below this are zero: products with them would leave the doubles.

@@ -1,0 +1,372 @@
+#include "impact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "arena.hpp"
+#include "laws/bilateral.hpp"
+#include "laws/dense.hpp"
+#include "laws/simultaneous.hpp"
+#include "laws/tolerances.hpp"
+#include "mass.hpp"
+
+namespace impulsekit {
+namespace {
+
+// Steps at most by which rounding of large shares is brought down.
+constexpr int kRefinements = 3;
+
+// y += rowsᵀ x
+void add_transposed(const double* rows, int count, int nv, const double* x, double* y) {
+    for (int r = 0; r < count; ++r) {
+        if (x[r] == 0.0) continue;
+        const double* row = rows + r * nv;
+        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
+    }
+}
+
+// Σ |row_k| (|v_k| + |Δv_k|): the terms that a row's velocities are sums of.
+double terms_of(const double* row, const double* v, const double* dv, int nv) {
+    double total = 0.0;
+    for (int k = 0; k < nv; ++k) total += std::abs(row[k]) * (std::abs(v[k]) + std::abs(dv[k]));
+    return total;
+}
+
+class Impact {
+  public:
+    Impact(const ImpactProblem& problem, ImpactSolution& solution)
+        : p_(problem),
+          s_(solution),
+          nv_(problem.nv),
+          m_(problem.bilateral),
+          rows_(problem.contact.rows()),
+          scope_(scratch()) {}
+
+    void solve() {
+        s_.failure = ImpactSolution::Failure::none;
+        s_.failed.clear();
+        s_.nearly_dependent = false;
+        s_.dv.assign(nv_, 0.0);
+        s_.multipliers.assign(m_, 0.0);
+        s_.unique.assign(m_, 1);
+        s_.before.assign(rows_, 0.0);
+        s_.contact = ContactSolution();
+        for (int r = 0; r < rows_; ++r) s_.before[r] = dot(p_.J + r * nv_, p_.v, nv_);
+        if (!factor_mass() || !hold() || !touch()) return;
+        finish();
+    }
+
+  private:
+    // Factor M, or M + UᵀU with the bilateral rows U of unit length where M alone is singular: with
+    // A Δv = c prescribed, (M + UᵀU) Δv = I + Uᵀ u + Aᵀλ has the same solution.
+    bool factor_mass() {
+        int weak = 0;
+        right_ = scratch().take(nv_);
+        if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, right_);
+        asked_ = scratch().take(m_);
+        for (int r = 0; r < m_; ++r) asked_[r] = p_.target[r] - dot(p_.A + r * nv_, p_.v, nv_);
+        if (mass_.factor(p_.M, p_.parent, nv_, &weak)) return true;
+        if (m_ > 0 && fill_mass()) return true;
+        s_.failure = ImpactSolution::Failure::singular_mass;
+        s_.failed.assign(1, weak);
+        return false;
+    }
+
+    bool fill_mass() {
+        double* M = scratch().take(nv_ * nv_);
+        std::copy(p_.M, p_.M + nv_ * nv_, M);
+        double heaviest = 0.0;
+        for (int k = 0; k < nv_; ++k) heaviest = std::max(heaviest, p_.M[k * nv_ + k]);
+        for (int r = 0; r < m_; ++r) {
+            const double* row = p_.A + r * nv_;
+            double size = 0.0;
+            for (int k = 0; k < nv_; ++k) {
+                double own = p_.M[k * nv_ + k];
+                size += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
+            }
+            if (!(size > 0.0)) continue;
+            for (int i = 0; i < nv_; ++i) {
+                right_[i] += row[i] * asked_[r] / size;
+                for (int j = 0; j < nv_; ++j) M[i * nv_ + j] += row[i] * row[j] / size;
+            }
+        }
+        int* dense = scratch().take_int(nv_);
+        for (int k = 0; k < nv_; ++k) dense[k] = k - 1;
+        is_filled_ = true;
+        return mass_.factor(M, dense, nv_);
+    }
+
+    // λ that brings the bilateral rows to their targets without contacts.
+    bool hold() {
+        start_ = scratch().take(nv_);
+        std::copy(right_, right_ + nv_, start_);
+        mass_.half(start_);
+        if (m_ == 0) return true;
+        half_ = scratch().take(m_ * nv_);
+        std::copy(p_.A, p_.A + m_ * nv_, half_);
+        for (int r = 0; r < m_; ++r) mass_.half(half_ + r * nv_);
+        held_ = std::make_unique<BilateralRows>(half_, m_, nv_, p_.vectors);
+        s_.nearly_dependent = held_->nearly_dependent();
+        s_.unique = held_->unique();
+        double *wanted = scratch().take(m_), *lacking = scratch().take(m_);
+        double speed = 0.0;
+        for (int r = 0; r < m_; ++r) {
+            double moved = dot(half_ + r * nv_, start_, nv_);
+            wanted[r] = asked_[r] - moved;
+            speed = std::max(speed, std::abs(moved) + std::abs(asked_[r]) +
+                                        terms_of(p_.A + r * nv_, p_.v, s_.dv.data(), nv_));
+        }
+        held_->solve(wanted, s_.multipliers.data(), lacking);
+        double worst = largest(lacking, m_);
+        if (worst > tolerance::contradiction * speed) {
+            s_.failure = ImpactSolution::Failure::contradiction;
+            s_.apart = worst;
+            for (int r = 0; r < m_; ++r)
+                if (std::abs(lacking[r]) > 0.1 * worst) s_.failed.push_back(r);
+            return false;
+        }
+        // What dependent rows lack is the inaccuracy of the model, and is left.
+        for (int r = 0; r < m_; ++r) asked_[r] -= lacking[r];
+        add_transposed(half_, m_, nv_, s_.multipliers.data(), start_);
+        for (int round = 0; round < kRefinements; ++round) {
+            double off = 0.0, size = 0.0;
+            for (int r = 0; r < m_; ++r) {
+                wanted[r] = asked_[r] - dot(half_ + r * nv_, start_, nv_);
+                off = std::max(off, std::abs(wanted[r]));
+                size = std::max(size, std::abs(asked_[r]));
+            }
+            if (off <= tolerance::rounding * size) break;
+            add_multipliers(wanted, start_);
+        }
+        return true;
+    }
+
+    // Add to λ what changes the rows' velocities by `wanted`, and to x its half-solved impulse.
+    void add_multipliers(const double* wanted, double* x) {
+        Arena::Scope scope(scratch());
+        double *more = scratch().take(m_), *lacking = scratch().take(m_);
+        held_->solve(wanted, more, lacking);
+        for (int r = 0; r < m_; ++r) s_.multipliers[r] += more[r];
+        add_transposed(half_, m_, nv_, more, x);
+    }
+
+    // P of the contacts in the system that is left when the bilateral rows are eliminated.
+    bool touch() {
+        double* moved = scratch().take(nv_);
+        if (rows_ == 0) {
+            std::copy(start_, start_ + nv_, s_.dv.data());
+            mass_.rest(s_.dv.data());
+            return true;
+        }
+        half_contacts_ = scratch().take(rows_ * nv_);
+        double *left = scratch().take(rows_ * nv_), *free = scratch().take(rows_);
+        std::copy(p_.J, p_.J + rows_ * nv_, half_contacts_);
+        for (int r = 0; r < rows_; ++r) mass_.half(half_contacts_ + r * nv_);
+        std::copy(half_contacts_, half_contacts_ + rows_ * nv_, left);
+        for (int r = 0; r < rows_; ++r)
+            free[r] = s_.before[r] + dot(half_contacts_ + r * nv_, start_, nv_);
+        if (held_) leave_held(left, free);
+        W_ = scratch().take(rows_ * rows_);
+        for (int i = 0; i < rows_; ++i)
+            for (int j = 0; j <= i; ++j)
+                W_[i * rows_ + j] = W_[j * rows_ + i] = dot(left + i * nv_, left + j * nv_, nv_);
+        ContactProblem contact = p_.contact;
+        contact.W = W_;
+        contact.before = s_.before.data();
+        contact.free = free;
+        s_.contact = solve_contacts(contact, p_.law);
+        if (!s_.contact.refused.empty()) {
+            s_.failure = ImpactSolution::Failure::refused;
+            return false;
+        }
+        std::vector<double> held = s_.multipliers;
+        jump(held, moved);
+        refine(contact, free, held, moved);
+        return true;
+    }
+
+    // Contact rows less what the bilateral rows hold; what these hold wholly stays as they want.
+    void leave_held(double* left, double* free) {
+        const double bar = held_->rounding_of_span();
+        for (int first = 0; first < rows_; first += 3) {
+            double size = 0.0, speed = 0.0;
+            for (int r = first; r < first + 3; ++r) {
+                const double* row = half_contacts_ + r * nv_;
+                size = std::max(size, dot(row, row, nv_));
+                double own = terms_of(p_.J + r * nv_, p_.v, s_.dv.data(), nv_);
+                for (int k = 0; k < nv_; ++k) own += std::abs(row[k] * start_[k]);
+                speed = std::max(speed, own);
+            }
+            for (int r = first; r < first + 3; ++r) {
+                double* row = left + r * nv_;
+                held_->project_off(row);
+                if (dot(row, row, nv_) > bar * bar * size) continue;
+                std::fill(row, row + nv_, 0.0);
+                // The sign of rounding must not say that what is held approaches.
+                if (std::abs(free[r]) <= bar * speed) free[r] = 0.0;
+                if (std::abs(s_.before[r]) <= bar * speed) s_.before[r] = 0.0;
+            }
+        }
+    }
+
+    // Δv of all impulses, with what the bilateral rows bear of the contacts' added to `held`.
+    void jump(const std::vector<double>& held, double* moved) {
+        std::copy(start_, start_ + nv_, moved);
+        add_transposed(half_contacts_, rows_, nv_, s_.contact.impulse.data(), moved);
+        s_.multipliers = held;
+        if (held_) {
+            Arena::Scope scope(scratch());
+            double* wanted = scratch().take(m_);
+            for (int round = 0; round < kRefinements; ++round) {
+                double off = 0.0, size = largest(asked_, m_);
+                for (int r = 0; r < m_; ++r) {
+                    double own = dot(half_ + r * nv_, moved, nv_);
+                    wanted[r] = asked_[r] - own;
+                    off = std::max(off, std::abs(wanted[r]));
+                    size = std::max(size, std::abs(own));
+                }
+                if (off <= tolerance::rounding * size) break;
+                add_multipliers(wanted, moved);
+            }
+        }
+        std::copy(moved, moved + nv_, s_.dv.data());
+        mass_.rest(s_.dv.data());
+    }
+
+    // Where W P has lost digits the law is solved again with the velocities that Δv makes.
+    void refine(ContactProblem& contact, double* free, const std::vector<double>& held,
+                double* moved) {
+        double* made = scratch().take(rows_);
+        for (int round = 0; round < kRefinements; ++round) {
+            double off = 0.0, size = 0.0;
+            for (int r = 0; r < rows_; ++r) {
+                made[r] = s_.before[r] + dot(p_.J + r * nv_, s_.dv.data(), nv_);
+                off = std::max(off, std::abs(made[r] - s_.contact.after[r]));
+                size = std::max({size, std::abs(made[r]), std::abs(s_.before[r])});
+            }
+            if (off <= tolerance::refined * size || s_.contact.status >= Status::no_solution) break;
+            for (int r = 0; r < rows_; ++r) free[r] += made[r] - s_.contact.after[r];
+            s_.contact = solve_contacts(contact, p_.law);
+            jump(held, moved);
+        }
+    }
+
+    // Speeds that rows prescribe, locks of what has no mass, energy and residuals.
+    void finish() {
+        for (int r = 0; r < m_; ++r)
+            if (p_.locks && p_.locks[r] >= 0 && s_.unique[r])
+                s_.dv[p_.locks[r]] = asked_[r] / p_.A[r * nv_ + p_.locks[r]];
+        if (is_filled_) balance_locks();
+        measure();
+        if (p_.law.restitution == Restitution::newton && p_.law.slip == Slip::end &&
+            p_.law.order == Order::simultaneous)
+            judge_energy();
+    }
+
+    // Without mass 0 = I + Aᵀλ + JᵀP says what a lock carries.
+    void balance_locks() {
+        double* total = scratch().take(nv_);
+        for (int r = 0; r < m_; ++r) {
+            if (!p_.locks || p_.locks[r] < 0 || !s_.unique[r]) continue;
+            int k = p_.locks[r];
+            if (largest(p_.M + k * nv_, nv_) > 0.0) continue;
+            std::fill(total, total + nv_, 0.0);
+            if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, total);
+            s_.multipliers[r] = 0.0;
+            add_transposed(p_.A, m_, nv_, s_.multipliers.data(), total);
+            if (rows_ > 0) add_transposed(p_.J, rows_, nv_, s_.contact.impulse.data(), total);
+            s_.multipliers[r] = -total[k] / p_.A[r * nv_ + k];
+        }
+    }
+
+    // Backward errors of M Δv = I + Aᵀλ + JᵀP, of A v⁺ = b, and of J v⁺ beside the law's u⁺.
+    void measure() {
+        double *left = scratch().take(nv_), *size = scratch().take(nv_);
+        double twice = 0.0;
+        for (int i = 0; i < nv_; ++i) {
+            for (int k = 0; k < nv_; ++k) {
+                double own = p_.M[i * nv_ + k] * s_.dv[k];
+                left[i] -= own;
+                size[i] += std::abs(own);
+            }
+            twice -= left[i] * s_.dv[i];
+            if (p_.impulse) {
+                left[i] += p_.impulse[i];
+                size[i] += std::abs(p_.impulse[i]);
+            }
+        }
+        auto add = [&](const double* rows, int count, const double* x) {
+            for (int r = 0; r < count; ++r)
+                for (int i = 0; i < nv_; ++i) {
+                    double own = rows[r * nv_ + i] * x[r];
+                    left[i] += own;
+                    size[i] += std::abs(own);
+                }
+        };
+        add(p_.A, m_, s_.multipliers.data());
+        add(p_.J, rows_, s_.contact.impulse.data());
+        s_.momentum_residual = 0.0;
+        for (int i = 0; i < nv_; ++i) {
+            double own = size[i] + std::sqrt(std::max(twice, 0.0) * p_.M[i * nv_ + i]);
+            if (own > 0.0)
+                s_.momentum_residual = std::max(s_.momentum_residual, std::abs(left[i]) / own);
+        }
+        double off = 0.0, terms = 0.0;
+        for (int r = 0; r < m_; ++r) {
+            const double* row = p_.A + r * nv_;
+            off = std::max(off, std::abs(asked_[r] - dot(row, s_.dv.data(), nv_)));
+            terms =
+                std::max(terms, std::abs(p_.target[r]) + terms_of(row, p_.v, s_.dv.data(), nv_));
+        }
+        s_.constraint_residual = terms > 0.0 ? off / terms : 0.0;
+        off = terms = 0.0;
+        for (int r = 0; r < 3 * p_.contact.contacts; ++r) {
+            const double* row = p_.J + r * nv_;
+            double made = s_.before[r] + dot(row, s_.dv.data(), nv_);
+            off = std::max(off, std::abs(made - s_.contact.after[r]));
+            terms = std::max(terms, terms_of(row, p_.v, s_.dv.data(), nv_));
+        }
+        s_.contact_residual = std::max(s_.contact.residual, terms > 0.0 ? off / terms : 0.0);
+    }
+
+    // Contacts aim at velocities of before the constraints act, too: together they may gain energy.
+    void judge_energy() {
+        if (m_ == 0 || rows_ == 0 || s_.contact.status != Status::solved) return;
+        double work = 0.0, size = 0.0, by_blows = 0.0;
+        double* blow = scratch().take(nv_);
+        std::copy(right_, right_ + nv_, blow);
+        mass_.solve(blow);
+        auto add = [&](const double* row, double impulse) {
+            double before = dot(row, p_.v, nv_), change = dot(row, s_.dv.data(), nv_);
+            double blown = dot(row, blow, nv_);
+            work += impulse * (before + 0.5 * change);
+            size += std::abs(impulse) * (std::abs(before) + std::abs(0.5 * change));
+            by_blows += 0.5 * impulse * blown;
+            if (p_.impulse) size += std::abs(impulse) * std::abs(before + blown);
+        };
+        for (int r = 0; r < m_; ++r)
+            if (p_.passive[r]) add(p_.A + r * nv_, s_.multipliers[r]);
+        for (int r = 0; r < rows_; ++r) add(p_.J + r * nv_, s_.contact.impulse[r]);
+        if (std::min(work, work + by_blows) > tolerance::gain * size)
+            s_.contact.status = Status::energy_gain;
+    }
+
+    const ImpactProblem& p_;
+    ImpactSolution& s_;
+    const int nv_, m_, rows_;
+    Arena::Scope scope_;
+    MassFactor mass_;
+    std::unique_ptr<BilateralRows> held_;
+    bool is_filled_ = false;
+    double *right_ = nullptr, *asked_ = nullptr, *start_ = nullptr, *half_ = nullptr;
+    double *half_contacts_ = nullptr, *W_ = nullptr;
+};
+
+}  // namespace
+
+void solve_impact(const ImpactProblem& problem, ImpactSolution& solution) {
+    Impact(problem, solution).solve();
+}
+
+}  // namespace impulsekit
