@@ -5,9 +5,11 @@ namespace nb = nanobind;
 
 void bind_laws(nb::module_& module);
 void bind_impact(nb::module_& module);
+void bind_tree(nb::module_& module);
 
 NB_MODULE(_core, module) {
     module.doc() = "The compiled core of impulsekit.";
     bind_laws(module);
     bind_impact(module);
+    bind_tree(module);
 }
