@@ -1,0 +1,1 @@
+"""What the library promises, against truths of its own making, through public names alone."""
