@@ -155,7 +155,7 @@ template <typename S>
 struct Tree {
     const Model& model;
     std::vector<Mat3<S>> rotation;     // to world axes
-    std::vector<Vec3<S>> origin;       // in the world [m]
+    std::vector<Vec3<S>> origin;       // seen from the first root that can go anywhere [m]
     std::vector<Vec3<S>> arm;          // from the parent's origin
     std::vector<Spatial<S>> column;    // (slots) the twist of a slot's body at unit speed
     std::vector<Inertia<S>> gathered;  // of each body with all that hangs on it
@@ -180,11 +180,15 @@ struct Tree {
             const Body& body = model.bodies[k];
             const Stance<S> to = stance_of(body, q);
             arm[k] = rotation[body.parent] * to.shift;
+            if (k == 1) origin[0] = goes_anywhere(body) ? -arm[1] : Vec3<S>{};
             origin[k] = origin[body.parent] + arm[k];
             rotation[k] = turned_on(rotation[body.parent], body, to);
             write_columns(k);
         }
     }
+
+    // A place in the world, and a place as `origin` has it.
+    Vec3<S> world_place(const Vec3<S>& place) const { return place - origin[0]; }
 
     // M (nv, nv), all of it: composite rigid bodies. Inertias have been set by `weigh`.
     void mass_matrix(S* M) {
@@ -275,6 +279,11 @@ struct Tree {
     }
 
   private:
+    static bool goes_anywhere(const Body& body) {
+        return body.parent == 0 && (body.joint == Joint::free || body.joint == Joint::planar ||
+                                    body.joint == Joint::translation);
+    }
+
     void write_columns(int k) {
         const Body& body = model.bodies[k];
         const Mat3<S>& r = rotation[k];

@@ -6,10 +6,12 @@ namespace nb = nanobind;
 void bind_laws(nb::module_& module);
 void bind_impact(nb::module_& module);
 void bind_tree(nb::module_& module);
+void bind_scene(nb::module_& module);
 
 NB_MODULE(_core, module) {
     module.doc() = "The compiled core of impulsekit.";
     bind_laws(module);
     bind_impact(module);
     bind_tree(module);
+    bind_scene(module);
 }

@@ -60,7 +60,7 @@ std::vector<double> placements(const Model& model, const Array& q) {
         // R turnᵀ, by columns; then by rows.
         const Mat3<double> r{tree.rotation[k] * rows[0], tree.rotation[k] * rows[1],
                              tree.rotation[k] * rows[2]};
-        const Vec3<double>& p = tree.origin[k];
+        const Vec3<double> p = tree.world_place(tree.origin[k]);
         found.insert(found.end(), {r.x.x, r.y.x, r.z.x, r.x.y, r.y.y, r.z.y, r.x.z, r.y.z, r.z.z,
                                    p.x, p.y, p.z});
     }
@@ -72,7 +72,8 @@ std::vector<double> jacobian(const Model& model, const Array& q) {
     std::vector<double> found(6 * model.nv, 0.0);
     for (std::size_t a = 0; a < model.slots.size(); ++a) {
         const Slot& slot = model.slots[a];
-        const Spatial<double> own = twist_at(tree.column[a], -tree.origin[slot.body]);
+        const Spatial<double> own =
+            twist_at(tree.column[a], -tree.world_place(tree.origin[slot.body]));
         const double entries[6] = {own.linear.x,  own.linear.y,  own.linear.z,
                                    own.angular.x, own.angular.y, own.angular.z};
         for (int i = 0; i < 6; ++i) found[i * model.nv + slot.v] += entries[i];

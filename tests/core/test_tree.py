@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.flat import flat_model
+from impulsekit.impact.flat.model import flat_model
 from impulsekit.robot.examples import example_names
 
 from ..robots import random_state

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from .._core import Model
-from ..errors import InputError
+from ..._core import Model
+from ...errors import InputError
 
 __all__ = ["FlatModel", "body_numbers", "flat_model"]
 

@@ -1,0 +1,335 @@
+// Scenes and their rows, as Python calls them.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
+
+#include <optional>
+
+#include "bind/given_scene.hpp"
+#include "rows.hpp"
+
+namespace nb = nanobind;
+
+namespace impulsekit {
+
+GivenState GivenArrays::state() const {
+    GivenState given;
+    given.function_rows = function_rows.data();
+    given.function_contacts = function_contacts.data();
+    given.meetings = meetings.data();
+    given.meeting_count = static_cast<int>(meetings.size());
+    given.only = only.empty() ? nullptr : only.data();
+    return given;
+}
+
+namespace {
+
+// A body of the model, and rotation and point of a frame in the axes of its joint.
+using GivenSite = std::pair<int, Array>;
+using Terms = std::vector<std::tuple<int, int, double>>;
+
+void copy_numbers(const Array& from, std::size_t size, const char* name, double* to) {
+    const double* data = data_of(from, size, name);
+    std::copy(data, data + size, to);
+}
+
+// Rᵀ of the turn from a body's axes to those of its joint, applied to a direction.
+void to_body(const Model& model, int body, const double* in, double* out) {
+    const Vec3<double> own = back(mat3<double>(model.bodies[body].turn), vec3<double>(in));
+    out[0] = own.x;
+    out[1] = own.y;
+    out[2] = own.z;
+}
+
+void check_body(const Model& model, int body) {
+    if (body < 0 || body >= static_cast<int>(model.bodies.size()))
+        throw nb::value_error("there is no such body");
+}
+
+Site site_of(const Model& model, const GivenSite& given) {
+    Site site;
+    site.body = given.first;
+    check_body(model, site.body);
+    const double* numbers = data_of(given.second, 12, "site");
+    const Mat3<double> turn = mat3<double>(model.bodies[site.body].turn);
+    const Mat3<double> axes = mat3<double>(numbers);
+    const Vec3<double> x = back(turn, axes.x), y = back(turn, axes.y), z = back(turn, axes.z);
+    const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
+    std::copy(rows, rows + 9, site.axes);
+    to_body(model, site.body, numbers + 9, site.point);
+    return site;
+}
+
+Pair pair_of(const Model& model, const GivenSite& first, const GivenSite& other, bool coincides,
+             int carrier, const Array& axes) {
+    if (carrier < 0 || carrier > 3) throw nb::value_error("carrier: there is no such one");
+    Pair pair;
+    pair.first = site_of(model, first);
+    pair.other = site_of(model, other);
+    pair.coincides = coincides;
+    pair.carrier = static_cast<Carrier>(carrier);
+    copy_numbers(axes, 9, "axes", pair.axes);
+    return pair;
+}
+
+Held& new_held(GivenScene& self, Held::Kind kind, int count) {
+    Held held;
+    held.kind = kind;
+    held.count = count;
+    for (const Held& other : self.scene.held) held.row = other.row + other.count;
+    self.scene.held.push_back(held);
+    if (kind == Held::functions) self.scene.function_rows += count;
+    return self.scene.held.back();
+}
+
+void hold_pair(GivenScene& self, const GivenSite& first, const GivenSite& other, bool coincides,
+               int carrier, const Array& axes, const std::vector<int>& select) {
+    if (select.size() > 6) throw nb::value_error("select: six rows at most");
+    for (int row : select)
+        if (row < 0 || row > 5) throw nb::value_error("select: there is no such row");
+    const Pair pair = pair_of(self.model, first, other, coincides, carrier, axes);
+    Held& held = new_held(self, Held::pair, static_cast<int>(select.size()));
+    held.frames = pair;
+    std::copy(select.begin(), select.end(), held.select);
+}
+
+void hold_speeds(GivenScene& self, int count, const Terms& terms, int stop) {
+    Held& held = new_held(self, Held::speeds, count);
+    held.stop = stop;
+    for (const auto& [row, v, factor] : terms) {
+        if (row < 0 || row >= count || v < 0 || v >= self.model.nv)
+            throw nb::value_error("terms: there is no such row or speed");
+        held.terms.push_back({row, v, factor});
+    }
+}
+
+// What the rows want: velocities after, or that these stay; see ImpactProblem for the rest.
+void set_rows(GivenScene& self, std::vector<double> velocity, const std::vector<bool>& kept,
+              std::vector<int> vectors, const std::vector<bool>& passive, std::vector<int> locks) {
+    std::size_t rows = 0;
+    for (const Held& held : self.scene.held) rows += held.count;
+    if (velocity.size() != rows || kept.size() != rows || vectors.size() != rows ||
+        passive.size() != rows || locks.size() != rows)
+        throw nb::value_error("one number of each row is wanted");
+    for (int lock : locks)
+        if (lock < -1 || lock >= self.model.nv)
+            throw nb::value_error("locks: there is no such speed");
+    self.scene.velocity = std::move(velocity);
+    self.scene.kept.assign(kept.begin(), kept.end());
+    self.scene.vectors = std::move(vectors);
+    self.scene.passive.assign(passive.begin(), passive.end());
+    self.scene.locks = std::move(locks);
+}
+
+Contact& new_contact(GivenScene& self, Contact::Kind kind) {
+    self.scene.contacts.emplace_back();
+    self.scene.contacts.back().kind = kind;
+    return self.scene.contacts.back();
+}
+
+void touch_plane(GivenScene& self, const GivenSite& first, const GivenSite& plane, int carrier,
+                 const Array& axes, bool turns) {
+    const Pair pair = pair_of(self.model, first, plane, true, carrier, axes);
+    Contact& contact = new_contact(self, Contact::point);
+    contact.frames = pair;
+    contact.turns = turns;
+}
+
+void touch_rope(GivenScene& self, const GivenSite& first, const GivenSite& other, const Array& axes,
+                double length) {
+    const Pair pair =
+        pair_of(self.model, first, other, false, static_cast<int>(Carrier::line), axes);
+    Contact& contact = new_contact(self, Contact::rope);
+    contact.frames = pair;
+    contact.limit = length;
+}
+
+void touch_stop(GivenScene& self, int q, int v, double lower, double upper) {
+    if (q < 0 || q >= self.model.nq || v < 0 || v >= self.model.nv)
+        throw nb::value_error("stop: there is no such coordinate");
+    Contact& contact = new_contact(self, Contact::stop);
+    contact.q = q;
+    contact.v = v;
+    contact.lower = lower;
+    contact.upper = upper;
+}
+
+void touch_bodies(GivenScene& self, const GivenSite& first, const GivenSite& other, double margin,
+                  bool turns, const std::optional<std::tuple<int, double, Array, double>>& ball) {
+    Pair pair;
+    pair.first = site_of(self.model, first);
+    pair.other = site_of(self.model, other);
+    Contact& contact = new_contact(self, ball ? Contact::ball : Contact::given);
+    contact.frames = pair;
+    contact.limit = margin;
+    contact.turns = turns;
+    if (!ball) return;
+    const auto& [kind, radius, size, sign] = *ball;
+    if (kind < 0 || kind > 3) throw nb::value_error("ball: there is no such shape");
+    contact.shape.kind = static_cast<Ball::Kind>(kind);
+    contact.shape.radius = radius;
+    copy_numbers(size, 3, "size", contact.shape.size);
+    contact.shape.sign = sign;
+}
+
+void set_ellipse(GivenScene& self, int body, const Array& along) {
+    check_body(self.model, body);
+    if (self.scene.contacts.empty()) throw nb::value_error("ellipse: there is no contact");
+    Contact& contact = self.scene.contacts.back();
+    contact.ellipse_body = body;
+    to_body(self.model, body, data_of(along, 3, "along"), contact.along);
+}
+
+StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
+                  const std::optional<nb::ndarray<const double, nb::f_contig>>& jacobian,
+                  const GivenArrays& given) {
+    Tree<double> tree(self.model);
+    const double *at = data_of(q, self.model.nq, "q"), *speeds = data_of(v, self.model.nv, "v");
+    tree.place(at);
+    if (jacobian) {
+        const std::size_t slots = self.model.slots.size();
+        if (jacobian->size() != 6 * slots) throw nb::value_error("jacobian: (6, nv) is wanted");
+        for (std::size_t a = 0; a < slots; ++a) {
+            const double* own = jacobian->data() + 6 * a;
+            tree.column[a] = twist_at(Spatial<double>{vec3<double>(own), vec3<double>(own + 3)},
+                                      tree.world_place(tree.origin[self.model.slots[a].body]));
+        }
+    }
+    Rows<double> rows(self.scene);
+    const GivenState state = given.state();
+    if (given.function_rows.size() !=
+            static_cast<std::size_t>(self.scene.function_rows) * self.model.nv ||
+        given.function_contacts.size() !=
+            static_cast<std::size_t>(self.scene.function_contacts) * (1 + 3 * self.model.nv) ||
+        (state.only && given.only.size() != self.scene.contacts.size()))
+        throw nb::value_error("given: another number of rows or contacts is wanted");
+    rows.fill(tree, at, speeds, &state);
+    StateRows found;
+    rows.take(tree, 0, found);
+    return found;
+}
+
+std::vector<double> of_points(const StateRows& rows, const double* (*part)(const StateRows::Point&),
+                              int size) {
+    std::vector<double> found;
+    for (const StateRows::Point& p : rows.points)
+        found.insert(found.end(), part(p), part(p) + size);
+    return found;
+}
+
+GivenArrays given_of(const std::vector<std::tuple<int, Array, Array, double>>& meetings,
+                     const std::optional<Array>& function_rows,
+                     const std::optional<Array>& function_contacts,
+                     const std::optional<std::vector<bool>>& only) {
+    GivenArrays given;
+    for (const auto& [entry, point, normal, gap] : meetings) {
+        Meeting m;
+        m.entry = entry;
+        copy_numbers(point, 3, "point", m.point);
+        copy_numbers(normal, 3, "normal", m.normal);
+        m.gap = gap;
+        given.meetings.push_back(m);
+    }
+    if (function_rows)
+        given.function_rows.assign(function_rows->data(),
+                                   function_rows->data() + function_rows->size());
+    if (function_contacts)
+        given.function_contacts.assign(function_contacts->data(),
+                                       function_contacts->data() + function_contacts->size());
+    if (only) given.only.assign(only->begin(), only->end());
+    return given;
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_scene(nb::module_& module) {
+    using namespace impulsekit;
+    using Point = StateRows::Point;
+    nb::class_<StateRows>(module, "StateRows", "The rows of a scene at a state.")
+        .def_prop_ro(
+            "A", [](const StateRows& r) { return array_of(r.A); }, nb::rv_policy::move)
+        .def_prop_ro(
+            "target", [](const StateRows& r) { return array_of(r.target); }, nb::rv_policy::move)
+        .def_prop_ro(
+            "J", [](const StateRows& r) { return array_of(r.J); }, nb::rv_policy::move)
+        .def_prop_ro("turning_of", [](const StateRows& r) { return r.turning_of; })
+        .def_prop_ro("entries",
+                     [](const StateRows& r) {
+                         std::vector<int> found;
+                         for (const Point& p : r.points) found.push_back(p.entry);
+                         return found;
+                     })
+        .def_prop_ro("of_bodies",
+                     [](const StateRows& r) {
+                         std::vector<bool> found;
+                         for (const Point& p : r.points) found.push_back(p.of_bodies);
+                         return found;
+                     })
+        .def_prop_ro(
+            "axes",
+            [](const StateRows& r) {
+                return array_of(of_points(r, [](const Point& p) { return p.axes; }, 9));
+            },
+            nb::rv_policy::move)
+        .def_prop_ro(
+            "places",
+            [](const StateRows& r) {
+                return array_of(of_points(r, [](const Point& p) { return p.place; }, 3));
+            },
+            nb::rv_policy::move)
+        .def_prop_ro(
+            "gaps",
+            [](const StateRows& r) {
+                return array_of(of_points(r, [](const Point& p) { return &p.gap; }, 1));
+            },
+            nb::rv_policy::move)
+        .def_prop_ro(
+            "ellipses",
+            [](const StateRows& r) {
+                return array_of(of_points(r, [](const Point& p) { return p.ellipse; }, 2));
+            },
+            nb::rv_policy::move)
+        .def_ro("without_line", &StateRows::without_line)
+        .def_ro("without_ellipse", &StateRows::without_ellipse);
+    nb::class_<GivenScene>(module, "Scene", "What holds and touches a robot.")
+        .def(nb::init<const Model&>(), nb::arg("model"))
+        .def("hold_pair", &hold_pair, nb::arg("first"), nb::arg("other"), nb::arg("coincides"),
+             nb::arg("carrier"), nb::arg("axes"), nb::arg("select"))
+        .def("hold_speeds", &hold_speeds, nb::arg("count"), nb::arg("terms"), nb::arg("stop"))
+        .def(
+            "hold_functions",
+            [](GivenScene& self, int count) { new_held(self, Held::functions, count); },
+            nb::arg("count"))
+        .def("set_rows", &set_rows, nb::arg("velocity"), nb::arg("kept"), nb::arg("vectors"),
+             nb::arg("passive"), nb::arg("locks"))
+        .def("touch_plane", &touch_plane, nb::arg("first"), nb::arg("plane"), nb::arg("carrier"),
+             nb::arg("axes"), nb::arg("turns"))
+        .def("touch_rope", &touch_rope, nb::arg("first"), nb::arg("other"), nb::arg("axes"),
+             nb::arg("length"))
+        .def("touch_stop", &touch_stop, nb::arg("q"), nb::arg("v"), nb::arg("lower"),
+             nb::arg("upper"))
+        .def("touch_functions",
+             [](GivenScene& self) {
+                 new_contact(self, Contact::functions);
+                 ++self.scene.function_contacts;
+             })
+        .def("touch_bodies", &touch_bodies, nb::arg("first"), nb::arg("other"), nb::arg("margin"),
+             nb::arg("turns"), nb::arg("ball").none())
+        .def("set_ellipse", &set_ellipse, nb::arg("body"), nb::arg("along"))
+        .def(
+            "rows",
+            [](const GivenScene& self, const Array& q, const Array& v,
+               const std::optional<nb::ndarray<const double, nb::f_contig>>& jacobian,
+               const std::vector<std::tuple<int, Array, Array, double>>& meetings,
+               const std::optional<Array>& function_rows,
+               const std::optional<Array>& function_contacts,
+               const std::optional<std::vector<bool>>& only) {
+                return rows_of(self, q, v, jacobian,
+                               given_of(meetings, function_rows, function_contacts, only));
+            },
+            nb::arg("q"), nb::arg("v"), nb::arg("jacobian") = nb::none(),
+            nb::arg("meetings") = nb::make_tuple(), nb::arg("function_rows") = nb::none(),
+            nb::arg("function_contacts") = nb::none(), nb::arg("only") = nb::none(),
+            "The rows at a state. jacobian: of Pinocchio's joints, in place of the core's own.");
+}

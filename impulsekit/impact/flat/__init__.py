@@ -1,0 +1,1 @@
+"""Robots and scenes as the native core takes them."""

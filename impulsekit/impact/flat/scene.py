@@ -1,0 +1,294 @@
+"""``flat_scene``: what holds and touches a robot, as the native core takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ... import _core
+from ...errors import InputError
+from ...robot import Robot
+from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
+from ...scene import Collision, Contact, GapContact, JointStop, Rope, Scene
+from ...scene.at_time import scene_at
+from ...scene.constraints import KEPT
+from ...scene.contacts import turns
+from ...scene.friction import EllipticFriction
+from ...scene.function_rows import FunctionRows
+from .model import FlatModel, flat_model
+
+__all__ = ["FlatScene", "flat_scene", "place_numbers"]
+
+CARRIERS = ("world", "first", "other", "line")
+
+# A point that functions or geometry gave: entry, place, normal, gap.
+Meeting = tuple[int, np.ndarray, np.ndarray, float]
+
+
+@dataclass(frozen=True, eq=False)
+class FlatScene:
+    """A scene in the core.
+
+    Attributes:
+        model: the robot.
+        core: what holds and touches it.
+        names: of the bilateral rows, such as "constraints[0].x".
+        slices: where the rows of each constraint stand.
+        functions: of the constraints, and of the contacts, that functions give state by state.
+        meetings: of each ``Collision`` that is found outside the core, its entry and a function
+            that gives its points from placements of joints.
+    """
+
+    model: FlatModel
+    core: _core.Scene
+    names: tuple[str, ...]
+    slices: tuple[slice, ...]
+    functions: tuple[FunctionRows, ...]
+    contact_functions: tuple[FunctionRows, ...]
+    meetings: tuple[tuple[int, Callable[[Callable[[int], pin.SE3]], list[Any]]], ...]
+
+    def given(self, q: np.ndarray) -> dict[str, Any]:
+        """What functions and geometry give at q, as ``core.rows`` takes it."""
+        given: dict[str, Any] = {}
+        if self.functions:
+            blocks = [rows.matrix_at(q) for rows in self.functions]
+            given["function_rows"] = np.concatenate(blocks).ravel()
+        if self.contact_functions:
+            parts = [(rows.value(q), rows.matrix_at(q).ravel()) for rows in self.contact_functions]
+            given["function_contacts"] = np.concatenate([x for part in parts for x in part])
+        if self.meetings:
+            given["meetings"] = self.meeting_points(q)
+        return given
+
+    def meeting_points(self, q: np.ndarray) -> list[Meeting]:
+        """The points at which bodies meet that the core does not know."""
+        places = self.model.core.placements(q).reshape(-1, 12)
+
+        def placement_of(joint_id: int) -> pin.SE3:
+            numbers = places[self.model.bodies[joint_id]]
+            return pin.SE3(numbers[:9].reshape(3, 3), numbers[9:])
+
+        return [
+            (entry, point.position, point.normal, point.gap)
+            for entry, points_at in self.meetings
+            for point in points_at(placement_of)
+        ]
+
+    def rows(
+        self,
+        q: np.ndarray,
+        v: np.ndarray,
+        jacobian: np.ndarray | None = None,
+        only: Sequence[bool] | None = None,
+    ) -> _core.StateRows:
+        """The rows at a state.
+
+        Args:
+            q, v: (nq,), (nv,).
+            jacobian: Pinocchio's of all joints, ``data.J``, in place of the core's own columns.
+            only: of each contact whether it takes part, whatever its gap; None for those that
+                touch.
+
+        Raises:
+            InputError: a line between points that coincide, an axis of friction along a normal.
+        """
+        found = self.core.rows(q, v, jacobian, **self.given(q), only=only)
+        if found.without_line >= 0:
+            raise InputError(
+                "the two points of a DistanceAnchor or a Rope coincide: no line joins them; move "
+                "one of them, or use a PointAnchor"
+            )
+        if found.without_ellipse >= 0:
+            raise InputError(
+                f"contacts[{found.without_ellipse}]: the axis `along` of its EllipticFriction is "
+                "along the normal here; give one in the plane of the contact"
+            )
+        return found
+
+
+def flat_scene(scene: Scene, model: FlatModel | None = None) -> FlatScene:
+    """The scene in the core. ``model``: of its robot, if that is there already."""
+    return _Flattening(scene, model or flat_model(scene.robot.model)).done()
+
+
+def place_numbers(placement: pin.SE3) -> np.ndarray:
+    """(12,) a rotation, row by row, and a translation."""
+    return np.concatenate([placement.rotation.ravel(), placement.translation])
+
+
+class _Flattening:
+    """A scene on its way into the core."""
+
+    def __init__(self, scene: Scene, model: FlatModel) -> None:
+        self._scene, self._robot, self._model = scene, scene.robot, model
+        self._core = _core.Scene(model.core)
+        self._functions: list[FunctionRows] = []
+        self._contact_functions: list[FunctionRows] = []
+        self._meetings: list[Any] = []
+
+    def done(self) -> FlatScene:
+        names, slices = self._hold()
+        for index, entry in enumerate(self._scene.contacts):
+            self._touch(entry, index)
+        return FlatScene(
+            self._model, self._core, names, slices, tuple(self._functions),
+            tuple(self._contact_functions), tuple(self._meetings),
+        )  # fmt: skip
+
+    def _site(self, site: Site) -> tuple[int, np.ndarray]:
+        return self._model.bodies[site.joint_id], place_numbers(site.placement)
+
+    def _hold(self) -> tuple[tuple[str, ...], tuple[slice, ...]]:
+        scene = scene_at(self._scene, 0.0)
+        names: list[str] = []
+        slices: list[slice] = []
+        velocity: list[float] = []
+        kept: list[bool] = []
+        locks: list[int] = []
+        entries = [rows_of_entry(self._robot, entry) for entry in scene.held]
+        controls = len(scene.held) - len(scene.constraints)
+        for k, (entry, said, name) in enumerate(
+            zip(scene.held, entries, scene.entry_names("held"), strict=True)
+        ):
+            count, keeps = len(said.labels), entry.velocity == KEPT
+            locks += self._hold_entry(said, is_control=k >= len(entries) - controls)
+            slices.append(slice(len(names), len(names) + count))
+            names += [f"{name}.{label}" for label in said.labels]
+            after: Any = 0.0 if keeps else entry.velocity
+            velocity += np.broadcast_to(np.asarray(after, dtype=float), count).tolist()
+            kept += [keeps] * count
+        passive = [x == 0.0 and not k for x, k in zip(velocity, kept, strict=True)]
+        self._core.set_rows(velocity, kept, list(vectors_of_rows(entries)), passive, locks)
+        return tuple(names), tuple(slices)
+
+    def _hold_entry(self, said: Any, is_control: bool) -> list[int]:
+        """Bring a constraint over; of each row the one speed that it prescribes, or −1."""
+        count = len(said.labels)
+        if isinstance(said, FramePair):
+            first, other, coincides, carrier, axes = self._pair(said)
+            self._core.hold_pair(first, other, coincides, carrier, axes, list(said.select))
+        elif isinstance(said, FunctionRows):
+            self._core.hold_functions(count)
+            self._functions.append(said)
+        else:
+            idx_vs = self._robot.model.idx_vs
+            terms = [
+                (row, idx_vs[joint] + degree, factor)
+                for row, parts in enumerate(said.terms)
+                for joint, degree, factor in parts
+            ]
+            stop = self._own_stop(said) if is_control else -1
+            self._core.hold_speeds(count, terms, stop)
+            if said.whole_joint:
+                return [v for _, v, _ in terms]
+        return [-1] * count
+
+    def _own_stop(self, said: JointRows) -> int:
+        """The stop that the control of a joint yields to; −1 if there is none."""
+        name = self._robot.model.names[said.terms[0][0][0]]
+        stops = [
+            i
+            for i, contact in enumerate(self._scene.contacts)
+            if isinstance(contact, JointStop) and contact.joint == name
+        ]
+        return stops[0] if stops else -1
+
+    def _pair(self, said: FramePair) -> tuple[Any, ...]:
+        return (
+            self._site(said.first), self._site(said.other), said.coincides,
+            CARRIERS.index(said.carrier), np.ascontiguousarray(said.axes),
+        )  # fmt: skip
+
+    def _touch(self, entry: Any, index: int) -> None:
+        core, robot = self._core, self._robot
+        if isinstance(entry, JointStop):
+            joint = robot.model.joints[robot.joint_id(entry.joint)]
+            core.touch_stop(joint.idx_q, joint.idx_v, *entry.limits(robot))
+        elif isinstance(entry, GapContact):
+            core.touch_functions()
+            self._contact_functions.append(FunctionRows(robot, entry))
+        elif isinstance(entry, Collision):
+            self._touch_bodies(entry, index)
+        else:
+            said = rows_of_entry(robot, entry)
+            if not isinstance(said, FramePair):
+                raise TypeError(type(entry).__name__)
+            first, other, _, carrier, axes = self._pair(said)
+            if isinstance(entry, Rope):
+                core.touch_rope(first, other, axes, entry.length)
+                return
+            core.touch_plane(first, other, carrier, axes, turns(entry))
+            self._rub(entry, robot.model.frames[robot.frame_id(entry.against)])
+
+    def _rub(self, entry: Contact | Collision, touched: Any) -> None:
+        """Bring over the axes of friction by direction, in the frame that is touched."""
+        if isinstance(entry.friction, EllipticFriction):
+            body = self._model.bodies[touched.parentJoint]
+            self._core.set_ellipse(body, touched.placement.rotation.dot(entry.friction.along))
+
+    def _touch_bodies(self, entry: Collision, index: int) -> None:
+        from ...robot.geometry import geometry_ids
+
+        robot, objects = self._robot, self._robot.collision_model.geometryObjects
+        ids = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
+        pieces = [objects[own[0]] for own in ids]
+        ball = _ball_of(pieces) if len(ids[0]) == len(ids[1]) == 1 else None
+        frames = [robot.model.frames[piece.parentFrame] for piece in pieces]
+        if ball is None:
+            joints = [frame.parentJoint for frame in frames]
+            one, two = ((self._model.bodies[joint], np.eye(4, 3).ravel()) for joint in joints)
+            self._core.touch_bodies(one, two, entry.margin, turns(entry), None)
+            self._meetings.append((index, _finder(robot, ids, joints, entry.margin)))
+        else:
+            one, two = (
+                (self._model.bodies[piece.parentJoint], place_numbers(piece.placement))
+                for piece in (pieces if ball[3] > 0.0 else pieces[::-1])
+            )
+            self._core.touch_bodies(one, two, entry.margin, turns(entry), ball)
+        self._rub(entry, frames[1])
+
+
+def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | None:
+    """Kind and size of what a ball may touch, the ball's radius, and 1 if it is the first."""
+    import coal
+
+    sign = 1.0 if isinstance(pieces[0].geometry, coal.Sphere) else -1.0
+    ball, other = pieces if sign > 0.0 else pieces[::-1]
+    shape = other.geometry
+    if not isinstance(ball.geometry, coal.Sphere) or any(
+        piece.geometry.getSweptSphereRadius() for piece in pieces
+    ):
+        return None
+    if isinstance(shape, coal.Sphere):
+        kind, size = 0, (shape.radius, 0.0, 0.0)
+    elif isinstance(shape, coal.Box):
+        kind, size = 1, tuple(shape.halfSide)
+    elif isinstance(shape, coal.Cylinder):
+        kind, size = 2, (shape.radius, shape.halfLength, 0.0)
+    elif isinstance(shape, coal.Capsule):
+        kind, size = 3, (shape.radius, shape.halfLength, 0.0)
+    else:
+        return None
+    return kind, float(ball.geometry.radius), np.array(size), sign
+
+
+def _finder(
+    robot: Robot, ids: Sequence[Sequence[int]], joints: Sequence[int], margin: float
+) -> Callable[[Callable[[int], pin.SE3]], list[Any]]:
+    """What finds the points of two bodies, given placements of joints."""
+    from ...geometry.collision import meeting_points, solids_of
+
+    solids = [solids_of(robot, own) for own in ids]
+
+    def points_at(placement_of: Callable[[int], pin.SE3]) -> list[Any]:
+        first, other = (
+            [(solid, placement_of(joint) * placement) for solid, placement in own]
+            for own, joint in zip(solids, joints, strict=True)
+        )
+        return list(meeting_points(first, other, margin))
+
+    return points_at
