@@ -15,7 +15,8 @@ from scipy.optimize import brentq
 
 __all__ = ["answers_of_one", "compression", "left_of_coulomb", "newton_shift", "struck_once"]
 
-TURN = np.linspace(-np.pi, np.pi, 181)
+# Directions that are tried, none of them along an axis.
+TURN = np.linspace(-np.pi, np.pi, 181) + 0.0123
 MOST_SWEEPS = 4000
 
 
@@ -65,24 +66,26 @@ def answers_of_one(W, b, mu, floor=0.0):
     if floor > 0.0:
         keep(np.array([*-np.linalg.lstsq(tt, b[:2] + w * floor, rcond=1e-13)[0], floor]))
 
-    def slides(angle, fixed):
-        """P whose friction is against the direction at an angle."""
-        s = np.array([np.cos(angle), np.sin(angle)])
-        p = floor if fixed else -b[2] / (nn - mu * (w[0] * s[0] + w[1] * s[1]))
-        return np.array([-mu * p * s[0], -mu * p * s[1], p])
-
     for fixed in (False, True) if floor > 0.0 else (False,):
 
-        def aside(angle, fixed=fixed):
+        def slides(angle, fixed=fixed):
+            """s, P_n and ξ_t over it, both times what P_n is divided by, and that."""
+            s = np.array([np.cos(angle), np.sin(angle)])
+            below = 1.0 if fixed else nn - mu * (w @ s)
+            p = floor if fixed else -b[2]
+            return s, p, b[:2] * below + p * (w - mu * tt @ s), below
+
+        def aside(angle, slides=slides):
             """What slip has across the direction that friction opposes."""
-            P, s = slides(angle, fixed), (np.cos(angle), np.sin(angle))
-            xi = b[:2] + tt @ P[:2] + w * P[2]
+            s, _, xi, _ = slides(angle)
             return s[0] * xi[1] - s[1] * xi[0]
 
         values = np.array([aside(angle) for angle in TURN])
         for i in np.flatnonzero(values[1:] * values[:-1] <= 0.0):
             angle = brentq(aside, TURN[i], TURN[i + 1], xtol=1e-15, rtol=1e-15)
-            keep(slides(angle, fixed))
+            s, p, _, below = slides(angle)
+            if p * below > 0.0:
+                keep(p / below * np.array([-mu * s[0], -mu * s[1], 1.0]))
     return found
 
 

@@ -73,7 +73,7 @@ def waves(W, free, e, mu, stiffness, exponent=1.5):
             return y[:r] * speed / W_nn
         asked = [(i, False) for i in range(n) if mode[i] != OPEN]
         asked += [(i, True) for i in range(n) if mode[i] != LOADS]
-        found = solve_ivp(rates, [0.0, 1e3], y, events=[event(*one) for one in asked], **options)
+        found = solve_ivp(rates, [0.0, 1e6], y, events=[event(*one) for one in asked], **options)
         assert found.status == 1, "a contact is neither restored nor parts"
         y = found.y[:, -1].copy()
         for (i, ends), times in zip(asked, found.t_events, strict=True):
