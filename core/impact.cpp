@@ -41,7 +41,11 @@ class Impact {
           nv_(problem.nv),
           m_(problem.bilateral),
           rows_(problem.contact.rows()),
-          scope_(scratch()) {}
+          scope_(scratch()) {
+        M_ = scratch().take(nv_ * nv_);
+        for (int i = 0; i < nv_; ++i)
+            for (int j = 0; j <= i; ++j) M_[i * nv_ + j] = M_[j * nv_ + i] = p_.M[i * nv_ + j];
+    }
 
     void solve() {
         s_.failure = ImpactSolution::Failure::none;
@@ -66,7 +70,7 @@ class Impact {
         if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, right_);
         asked_ = scratch().take(m_);
         for (int r = 0; r < m_; ++r) asked_[r] = p_.target[r] - dot(p_.A + r * nv_, p_.v, nv_);
-        if (mass_.factor(p_.M, p_.parent, nv_, &weak)) return true;
+        if (mass_.factor(M_, p_.parent, nv_, &weak)) return true;
         if (m_ > 0 && fill_mass()) return true;
         s_.failure = ImpactSolution::Failure::singular_mass;
         s_.failed.assign(1, weak);
@@ -75,14 +79,14 @@ class Impact {
 
     bool fill_mass() {
         double* M = scratch().take(nv_ * nv_);
-        std::copy(p_.M, p_.M + nv_ * nv_, M);
+        std::copy(M_, M_ + nv_ * nv_, M);
         double heaviest = 0.0;
-        for (int k = 0; k < nv_; ++k) heaviest = std::max(heaviest, p_.M[k * nv_ + k]);
+        for (int k = 0; k < nv_; ++k) heaviest = std::max(heaviest, M_[k * nv_ + k]);
         for (int r = 0; r < m_; ++r) {
             const double* row = p_.A + r * nv_;
             double size = 0.0;
             for (int k = 0; k < nv_; ++k) {
-                double own = p_.M[k * nv_ + k];
+                double own = M_[k * nv_ + k];
                 size += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
             }
             if (!(size > 0.0)) continue;
@@ -102,6 +106,8 @@ class Impact {
         start_ = scratch().take(nv_);
         std::copy(right_, right_ + nv_, start_);
         mass_.half(start_);
+        blow_ = scratch().take(nv_);
+        std::copy(start_, start_ + nv_, blow_);
         if (m_ == 0) return true;
         half_ = scratch().take(m_ * nv_);
         std::copy(p_.A, p_.A + m_ * nv_, half_);
@@ -249,7 +255,21 @@ class Impact {
             for (int r = 0; r < rows_; ++r) free[r] += made[r] - s_.contact.after[r];
             s_.contact = solve_contacts(contact, p_.law);
             jump(held, moved);
+            sharpen();
         }
+    }
+
+    // Δv once more from what M Δv lacks.
+    void sharpen() {
+        if (is_filled_) return;
+        Arena::Scope scope(scratch());
+        double* left = scratch().take(nv_);
+        if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, left);
+        add_transposed(p_.A, m_, nv_, s_.multipliers.data(), left);
+        add_transposed(p_.J, rows_, nv_, s_.contact.impulse.data(), left);
+        for (int i = 0; i < nv_; ++i) left[i] -= dot(M_ + i * nv_, s_.dv.data(), nv_);
+        mass_.solve(left);
+        for (int i = 0; i < nv_; ++i) s_.dv[i] += left[i];
     }
 
     // Speeds that rows prescribe, locks of what has no mass, energy and residuals.
@@ -270,7 +290,7 @@ class Impact {
         for (int r = 0; r < m_; ++r) {
             if (!p_.locks || p_.locks[r] < 0 || !s_.unique[r]) continue;
             int k = p_.locks[r];
-            if (largest(p_.M + k * nv_, nv_) > 0.0) continue;
+            if (largest(M_ + k * nv_, nv_) > 0.0) continue;
             std::fill(total, total + nv_, 0.0);
             if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, total);
             s_.multipliers[r] = 0.0;
@@ -283,10 +303,15 @@ class Impact {
     // Backward errors of M Δv = I + Aᵀλ + JᵀP, of A v⁺ = b, and of J v⁺ beside the law's u⁺.
     void measure() {
         double *left = scratch().take(nv_), *size = scratch().take(nv_);
-        double twice = 0.0;
+        // Of what rests and is struck the velocities that the blow alone would make are the
+        // measure.
+        double twice = p_.impulse ? dot(blow_, blow_, nv_) : 0.0;
+        auto blown = [&](const double* half) {
+            return p_.impulse ? std::abs(dot(half, blow_, nv_)) : 0.0;
+        };
         for (int i = 0; i < nv_; ++i) {
             for (int k = 0; k < nv_; ++k) {
-                double own = p_.M[i * nv_ + k] * s_.dv[k];
+                double own = M_[i * nv_ + k] * s_.dv[k];
                 left[i] -= own;
                 size[i] += std::abs(own);
             }
@@ -308,7 +333,7 @@ class Impact {
         add(p_.J, rows_, s_.contact.impulse.data());
         s_.momentum_residual = 0.0;
         for (int i = 0; i < nv_; ++i) {
-            double own = size[i] + std::sqrt(std::max(twice, 0.0) * p_.M[i * nv_ + i]);
+            double own = size[i] + std::sqrt(std::max(twice, 0.0) * M_[i * nv_ + i]);
             if (own > 0.0)
                 s_.momentum_residual = std::max(s_.momentum_residual, std::abs(left[i]) / own);
         }
@@ -317,7 +342,8 @@ class Impact {
             const double* row = p_.A + r * nv_;
             off = std::max(off, std::abs(asked_[r] - dot(row, s_.dv.data(), nv_)));
             terms =
-                std::max(terms, std::abs(p_.target[r]) + terms_of(row, p_.v, s_.dv.data(), nv_));
+                std::max(terms, std::abs(p_.target[r]) + terms_of(row, p_.v, s_.dv.data(), nv_) +
+                                    blown(half_ + r * nv_));
         }
         s_.constraint_residual = terms > 0.0 ? off / terms : 0.0;
         off = terms = 0.0;
@@ -325,7 +351,8 @@ class Impact {
             const double* row = p_.J + r * nv_;
             double made = s_.before[r] + dot(row, s_.dv.data(), nv_);
             off = std::max(off, std::abs(made - s_.contact.after[r]));
-            terms = std::max(terms, terms_of(row, p_.v, s_.dv.data(), nv_));
+            terms = std::max(
+                terms, terms_of(row, p_.v, s_.dv.data(), nv_) + blown(half_contacts_ + r * nv_));
         }
         s_.contact_residual = std::max(s_.contact.residual, terms > 0.0 ? off / terms : 0.0);
     }
@@ -359,6 +386,7 @@ class Impact {
     MassFactor mass_;
     std::unique_ptr<BilateralRows> held_;
     bool is_filled_ = false;
+    double *M_ = nullptr, *blow_ = nullptr;
     double *right_ = nullptr, *asked_ = nullptr, *start_ = nullptr, *half_ = nullptr;
     double *half_contacts_ = nullptr, *W_ = nullptr;
 };

@@ -11,7 +11,7 @@ namespace impulsekit {
 // A state's numbers. All arrays are row-major and outlive the call.
 struct ImpactProblem {
     int nv = 0;
-    const double* M = nullptr;        // (nv, nv) symmetric
+    const double* M = nullptr;        // (nv, nv), its lower triangle
     const int* parent = nullptr;      // (nv) degree of freedom that each hangs on, −1 for none
     const double* v = nullptr;        // (nv) v⁻
     const double* impulse = nullptr;  // (nv) I of the known impulses; null for none

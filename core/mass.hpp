@@ -6,8 +6,9 @@
 
 namespace impulsekit {
 
-// A pivot at or below this share of its diagonal is rounding, not inertia.
-inline constexpr double kLeastPivot = 1e-13;
+// A pivot at or below this share of its diagonal is rounding, not inertia: robots stay above 1e-4,
+// bodies 1e8 apart in mass above 1e-8.
+inline constexpr double kLeastPivot = 1e-10;
 
 // Rows of L reach along `parent` alone: the degree of freedom that each hangs on, −1 for none,
 // always smaller than its own. A dense matrix has parent i − 1.

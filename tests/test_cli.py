@@ -342,7 +342,7 @@ def test_a_warm_up_compiles_all_laws_and_kernels_once():
     result = run("warm-up")
     assert result.exit_code == 0, result.stderr
     lines = result.stdout.splitlines()
-    assert lines[0].startswith("contact laws: ") and lines[-1].startswith("collisions, float64: ")
+    assert lines[0].startswith("motions: ") and lines[-1].startswith("collisions, float64: ")
     assert any(line.startswith("stronge path sequential") for line in lines)
 
 

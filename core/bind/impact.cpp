@@ -10,6 +10,7 @@
 
 #include "bind/arrays.hpp"
 #include "bind/laws.hpp"
+#include "laws/bilateral.hpp"
 
 namespace nb = nanobind;
 
@@ -82,19 +83,32 @@ Plan plan_of(std::vector<int> parent, std::vector<int> vectors, std::vector<int>
 void bind_impact(nb::module_& module) {
     using namespace impulsekit;
     using S = ImpactSolution;
+    // Arrays own their copies: nothing refers to the solution.
+    constexpr auto kCopy = nb::rv_policy::automatic;
     nb::class_<S>(module, "ImpactSolution", "What an impact did, in generalized coordinates.")
-        .def_prop_ro("dv", [](const S& s) { return array_of(s.dv); })
-        .def_prop_ro("multipliers", [](const S& s) { return array_of(s.multipliers); })
-        .def_prop_ro("unique", [](const S& s) { return array_of(s.unique); })
+        .def_prop_ro(
+            "dv", [](const S& s) { return array_of(s.dv); }, kCopy)
+        .def_prop_ro(
+            "multipliers", [](const S& s) { return array_of(s.multipliers); }, kCopy)
+        .def_prop_ro(
+            "unique", [](const S& s) { return array_of(s.unique); }, kCopy)
         .def_ro("nearly_dependent", &S::nearly_dependent)
-        .def_prop_ro("before", [](const S& s) { return array_of(s.before); })
-        .def_prop_ro("impulse", [](const S& s) { return array_of(s.contact.impulse); })
-        .def_prop_ro("after", [](const S& s) { return array_of(s.contact.after); })
-        .def_prop_ro("start", [](const S& s) { return array_of(s.contact.start); })
-        .def_prop_ro("normal_work", [](const S& s) { return array_of(s.contact.normal_work); })
-        .def_prop_ro("friction_work", [](const S& s) { return array_of(s.contact.friction_work); })
-        .def_prop_ro("friction", [](const S& s) { return array_of(s.contact.friction); })
-        .def_prop_ro("contact_unique", [](const S& s) { return array_of(s.contact.unique); })
+        .def_prop_ro(
+            "before", [](const S& s) { return array_of(s.before); }, kCopy)
+        .def_prop_ro(
+            "impulse", [](const S& s) { return array_of(s.contact.impulse); }, kCopy)
+        .def_prop_ro(
+            "after", [](const S& s) { return array_of(s.contact.after); }, kCopy)
+        .def_prop_ro(
+            "start", [](const S& s) { return array_of(s.contact.start); }, kCopy)
+        .def_prop_ro(
+            "normal_work", [](const S& s) { return array_of(s.contact.normal_work); }, kCopy)
+        .def_prop_ro(
+            "friction_work", [](const S& s) { return array_of(s.contact.friction_work); }, kCopy)
+        .def_prop_ro(
+            "friction", [](const S& s) { return array_of(s.contact.friction); }, kCopy)
+        .def_prop_ro(
+            "contact_unique", [](const S& s) { return array_of(s.contact.unique); }, kCopy)
         .def_prop_ro("status", [](const S& s) { return static_cast<int>(s.contact.status); })
         .def_prop_ro("residual", [](const S& s) { return s.contact.residual; })
         .def_prop_ro("iterations", [](const S& s) { return s.contact.iterations; })
@@ -106,6 +120,38 @@ void bind_impact(nb::module_& module) {
         .def_ro("momentum_residual", &S::momentum_residual)
         .def_ro("constraint_residual", &S::constraint_residual)
         .def_ro("contact_residual", &S::contact_residual);
+    using Rows = BilateralRows;
+    nb::class_<Rows>(module, "BilateralRows", "Half-solved bilateral rows and their rank.")
+        .def("__init__",
+             [](Rows* self, const Array& half, const Integers& vectors) {
+                 if (half.ndim() != 2) throw nb::value_error("half: two dimensions are wanted");
+                 const int m = static_cast<int>(half.shape(0)), nv = static_cast<int>(half.shape(1));
+                 new (self) Rows(half.data(), m, nv, data_of(vectors, half.shape(0), "vectors"));
+             },
+             nb::arg("half"), nb::arg("vectors"))
+        .def_prop_ro("rank", &Rows::rank)
+        .def_prop_ro("nearly_dependent", &Rows::nearly_dependent)
+        .def_prop_ro("order", &Rows::order)
+        .def_prop_ro("unique", [](const Rows& r) { return array_of(r.unique()); }, kCopy)
+        .def_prop_ro("rounding_of_span", &Rows::rounding_of_span)
+        .def(
+            "solve",
+            [](const Rows& r, const Array& wanted) {
+                std::vector<double> impulse(r.count()), lacking(r.count());
+                r.solve(data_of(wanted, r.count(), "wanted"), impulse.data(), lacking.data());
+                return nb::make_tuple(array_of(impulse), array_of(lacking));
+            },
+            nb::arg("wanted"),
+            "Return the impulses of least norm, and what dependent rows lack of what is wanted.")
+        .def(
+            "project_off",
+            [](const Rows& r, const Array& row) {
+                const double* given = data_of(row, r.size(), "row");
+                std::vector<double> left(given, given + r.size());
+                r.project_off(left.data());
+                return array_of(left);
+            },
+            nb::arg("row"), kCopy, "Return a half-solved row less its part in the span.");
     nb::class_<Plan>(module, "ImpactPlan", "What of an impact does not change with the state.")
         .def(
             "__init__",

@@ -7,7 +7,9 @@
 
 #include <optional>
 
+#include "laws/path.hpp"
 #include "laws/sequence.hpp"
+#include "laws/uniqueness.hpp"
 
 namespace nb = nanobind;
 
@@ -110,6 +112,34 @@ void bind_laws(nb::module_& module) {
         "Return the impulses of contacts: impulse, velocity after, code of the status, residual, "
         "unique, velocity from which works count, works of normals and friction, iterations, "
         "tied, friction, and what the law refuses.");
+    module.def(
+        "find_others",
+        [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,
+           int restitution, const Array& impulse) {
+            GivenContacts given = contacts_of(contacts, {});
+            ContactProblem problem = posed(given, W, before, free);
+            Uniqueness found = find_others(problem, law_of(restitution, 0, 0, 1.5),
+                                           data_of(impulse, problem.rows(), "impulse"));
+            nb::list impulses;
+            for (const std::vector<double>& own : found.impulses) impulses.append(array_of(own));
+            return nb::make_tuple(static_cast<int>(found.verdict), impulses);
+        },
+        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"),
+        nb::arg("restitution"), nb::arg("impulse"),
+        "Return how other answers were looked for, and the impulses of those found.");
+    module.def(
+        "follow_path",
+        [](const Array& W, double before, const Array& free, double e, double mu,
+           int restitution) {
+            PathImpact found =
+                follow_path(data_of(W, 9, "W"), before, data_of(free, 3, "free"), e, mu,
+                            law_of(restitution, 1, 0, 1.5).restitution);
+            return nb::make_tuple(found.impulse[0], found.impulse[1], found.impulse[2],
+                                  static_cast<int>(found.status));
+        },
+        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("e"), nb::arg("mu"),
+        nb::arg("restitution"),
+        "Return the impulse of one contact followed along its path, and the code of its status.");
     module.def(
         "sequence_hits",
         [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,

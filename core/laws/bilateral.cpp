@@ -99,12 +99,25 @@ void BilateralRows::solve(const double* wanted, double* impulse, double* lacking
     std::vector<double> x(rank_), others(count, 0.0);
     std::fill(lacking, lacking + m_, 0.0);
     for (int k = 0; k < rank_; ++k) x[k] = wanted[order_[k]] / length_[order_[k]];
+    // Where dependent rows disagree each gives way: what lies in the null space, whose columns are
+    // (−Sᵀ, 1), is taken off.
+    for (int c = 0; c < count; ++c) {
+        double length = length_[order_[rank_ + c]];
+        double own = length > 0.0 ? wanted[order_[rank_ + c]] / length : 0.0;
+        others[c] = own - dot(shares_.data() + c * rank_, x.data(), rank_);
+    }
+    solve_gram(others.data());
     for (int c = 0; c < count; ++c) {
         int row = order_[rank_ + c];
-        double implied = dot(shares_.data() + c * rank_, x.data(), rank_) * length_[row];
-        lacking[row] = wanted[row] - implied;
+        lacking[row] = length_[row] > 0.0 ? others[c] * length_[row] : wanted[row];
+        if (!(length_[row] > 0.0)) continue;
+        for (int k = 0; k < rank_; ++k) {
+            double own = shares_[c * rank_ + k] * others[c];
+            x[k] += own;
+            lacking[order_[k]] -= own * length_[order_[k]];
+        }
     }
-    // R Rᵀ... of the independent rows: W₁ = R₁ᵀ R₁.
+    // Of the independent rows W₁ = R₁ᵀ R₁.
     for (int i = 0; i < rank_; ++i) {
         for (int j = 0; j < i; ++j) x[i] -= upper_[j * m_ + i] * x[j];
         x[i] /= upper_[i * m_ + i];
@@ -114,21 +127,24 @@ void BilateralRows::solve(const double* wanted, double* impulse, double* lacking
         x[i] /= upper_[i * m_ + i];
     }
     // Of least norm: (x, 0) less its part in the null space, whose columns are (−Sᵀ, 1).
-    for (int i = 0; i < count; ++i) {
-        others[i] = dot(shares_.data() + i * rank_, x.data(), rank_);
-        for (int j = 0; j < i; ++j) others[i] -= gram_[i * count + j] * others[j];
-        others[i] /= gram_[i * count + i];
-    }
-    for (int i = count - 1; i >= 0; --i) {
-        for (int j = i + 1; j < count; ++j) others[i] -= gram_[j * count + i] * others[j];
-        others[i] /= gram_[i * count + i];
-    }
+    for (int i = 0; i < count; ++i) others[i] = dot(shares_.data() + i * rank_, x.data(), rank_);
+    solve_gram(others.data());
     for (int i = 0; i < count; ++i)
         for (int k = 0; k < rank_; ++k) x[k] -= shares_[i * rank_ + k] * others[i];
     for (int k = 0; k < rank_; ++k) impulse[order_[k]] = x[k] / length_[order_[k]];
     for (int c = 0; c < count; ++c) {
         double length = length_[order_[rank_ + c]];
         impulse[order_[rank_ + c]] = length > 0.0 ? others[c] / length : 0.0;
+    }
+}
+
+void BilateralRows::solve_gram(double* z) const {
+    const int count = m_ - rank_;
+    for (int i = 0; i < count; ++i)
+        z[i] = (z[i] - dot(gram_.data() + i * count, z, i)) / gram_[i * count + i];
+    for (int i = count - 1; i >= 0; --i) {
+        for (int j = i + 1; j < count; ++j) z[i] -= gram_[j * count + i] * z[j];
+        z[i] /= gram_[i * count + i];
     }
 }
 

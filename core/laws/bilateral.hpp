@@ -22,6 +22,10 @@ class BilateralRows {
     void project_off(double* x) const;
 
     int rank() const { return rank_; }
+    int count() const { return m_; }
+    int size() const { return nv_; }
+    // (m) the independent rows first, then those that they imply or that move nothing.
+    const std::vector<int>& order() const { return order_; }
     // Whether rows were taken for dependent that are so within the tolerance only.
     bool nearly_dependent() const { return nearly_; }
     // (m) whether a row's impulse is determined.
@@ -30,6 +34,9 @@ class BilateralRows {
     double rounding_of_span() const;
 
   private:
+    // z ← (1 + S Sᵀ)⁻¹ z
+    void solve_gram(double* z) const;
+
     int m_, nv_, rank_ = 0;
     bool nearly_ = false;
     double least_ = 1.0;          // smallest pivot, of unit rows

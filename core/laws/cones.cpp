@@ -80,14 +80,16 @@ System build_system(const double* W, int rows, const double* b, double scale, co
         s.unit[s.rows++] = 1.0 / std::sqrt(own);
     }
     for (int k = 0; k < g; ++k) {
-        int c = place[cones.contact[k]], kept[2];
-        if (c < 0 || !(cones.friction[k] > tolerance::negligible)) continue;
+        const bool fixed = cones.contact[k] < 0;
+        int c = fixed ? -1 : place[cones.contact[k]], kept[2];
+        if ((c < 0 && !fixed) || !(cones.friction[k] > tolerance::negligible)) continue;
         int count = moving_rows(W, rows, b, scale, mobility, cones.first[k], cones.size[k], kept);
         if (count == 0) continue;
         double own = 0.0;
         for (int j = 0; j < count; ++j) own = std::max(own, W[kept[j] * rows + kept[j]]);
-        double normal_unit = s.unit[s.normal[c]];
-        double unit = own > 0.0 ? 1.0 / std::sqrt(own) : normal_unit;
+        // The radius is a share of the normal impulse, or an impulse.
+        double normal_unit = fixed ? 1.0 : s.unit[s.normal[c]];
+        double unit = own > 0.0 ? 1.0 / std::sqrt(own) : 1.0;
         s.first[s.groups] = s.rows;
         s.size[s.groups] = count;
         s.contact[s.groups] = c;
@@ -113,7 +115,17 @@ System build_system(const double* W, int rows, const double* b, double scale, co
     s.velocity = fastest > 0.0 ? fastest : 1.0;
     for (int i = 0; i < s.rows; ++i) s.b[i] /= s.velocity;
     for (int c = 0; c < s.contacts; ++c) s.floor[c] /= s.velocity;
+    for (int k = 0; k < s.groups; ++k)
+        if (s.contact[k] < 0) s.friction[k] /= s.velocity;
     return s;
+}
+
+// The largest |P_g| of a group: µ times the normal impulse that P − ξ is projected to.
+double radius_of(const System& s, int group, const double* P, const double* xi) {
+    const int c = s.contact[group];
+    if (c < 0) return s.friction[group];
+    const int n = s.normal[c];
+    return s.friction[group] * std::max(s.floor[c], P[n] - xi[n]);
 }
 
 // F of the natural map (Alart & Curnier 1991): P − Π(P − ξ), zero where P obeys the law.
@@ -123,9 +135,8 @@ void natural_map(const System& s, const double* P, const double* xi, double* F) 
         F[r] = P[r] - std::max(s.floor[c], P[r] - xi[r]);
     }
     for (int k = 0; k < s.groups; ++k) {
-        int r = s.first[k], n = s.normal[s.contact[k]], size = s.size[k];
-        double radius = s.friction[k] * std::max(s.floor[s.contact[k]], P[n] - xi[n]);
-        double trial[2];
+        int r = s.first[k], size = s.size[k];
+        double radius = radius_of(s, k, P, xi), trial[2];
         for (int j = 0; j < size; ++j) trial[j] = P[r + j] - xi[r + j];
         double length = hypot_of(trial, size);
         for (int j = 0; j < size; ++j)
@@ -148,10 +159,9 @@ void natural_map_derivative(const System& s, const double* A, const double* P, c
         }
     }
     for (int k = 0; k < s.groups; ++k) {
-        int r = s.first[k], n = s.normal[s.contact[k]], size = s.size[k];
-        double floor = s.floor[s.contact[k]], normal = P[n] - xi[n];
-        double radius = s.friction[k] * std::max(floor, normal);
-        double trial[2];
+        const int r = s.first[k], size = s.size[k], c = s.contact[k];
+        const int n = c < 0 ? -1 : s.normal[c];
+        double radius = radius_of(s, k, P, xi), trial[2];
         for (int j = 0; j < size; ++j) trial[j] = P[r + j] - xi[r + j];
         double length = hypot_of(trial, size);
         if (length <= radius) {
@@ -172,7 +182,7 @@ void natural_map_derivative(const System& s, const double* A, const double* P, c
                 const double* own = A + (r + j) * m;
                 for (int q = 0; q < m; ++q) row[q] += weight * own[q];
             }
-            if (normal > floor) {
+            if (n >= 0 && P[n] - xi[n] > s.floor[c]) {
                 double weight = s.friction[k] * trial[i] / length;
                 row[n] -= weight;
                 const double* own = A + n * m;
@@ -253,28 +263,28 @@ bool newton(const System& s, const double* A, double* P, int& steps, Arena& aren
     return least <= 1e-24 * size * size;
 }
 
-// Gauss-Seidel over contacts: each normal and each group in turn onto its cone.
+// Gauss-Seidel over normals and groups, each in turn onto its cone.
 void sweep(const System& s, const double* A, double* P, int count) {
     const int m = s.rows;
+    auto group = [&](int k) {
+        const int f = s.first[k], size = s.size[k], c = s.contact[k];
+        double trial[2], mobility = 0.0;
+        for (int j = 0; j < size; ++j) mobility += A[(f + j) * m + f + j];
+        for (int j = 0; j < size; ++j) {
+            double slip = s.b[f + j] + dot(A + (f + j) * m, P, m);
+            trial[j] = P[f + j] - slip / (mobility > 0.0 ? mobility : 1.0);
+        }
+        double radius = c < 0 ? s.friction[k] : s.friction[k] * P[s.normal[c]];
+        double length = hypot_of(trial, size), share = length > radius ? radius / length : 1.0;
+        for (int j = 0; j < size; ++j) P[f + j] = share * trial[j];
+    };
     for (int round = 0; round < count; ++round) {
         for (int c = 0; c < s.contacts; ++c) {
             int r = s.normal[c];
             double xi = s.b[r] + dot(A + r * m, P, m);
             P[r] = std::max(s.floor[c], P[r] - xi / A[r * m + r]);
-            for (int k = 0; k < s.groups; ++k) {
-                if (s.contact[k] != c) continue;
-                int f = s.first[k], size = s.size[k];
-                double trial[2], mobility = 0.0;
-                for (int j = 0; j < size; ++j) mobility += A[(f + j) * m + f + j];
-                for (int j = 0; j < size; ++j) {
-                    double slip = s.b[f + j] + dot(A + (f + j) * m, P, m);
-                    trial[j] = P[f + j] - slip / (mobility > 0.0 ? mobility : 1.0);
-                }
-                double length = hypot_of(trial, size), radius = s.friction[k] * P[r];
-                double share = length > radius ? radius / length : 1.0;
-                for (int j = 0; j < size; ++j) P[f + j] = share * trial[j];
-            }
         }
+        for (int k = 0; k < s.groups; ++k) group(k);
     }
 }
 
@@ -303,17 +313,15 @@ bool solve_from(const System& s, const double* A, double* P, int& steps, Arena& 
     return false;
 }
 
-// Rows that are loaded and held at P: normals that press, and groups that stick.
+// Rows that are loaded and held at P: normals that press, and groups that do not slip, wherever in
+// their cones their impulses are.
 int held_rows(const System& s, const double* P, const double* xi, int* held) {
     int count = 0;
     for (int c = 0; c < s.contacts; ++c)
         if (P[s.normal[c]] - xi[s.normal[c]] > s.floor[c]) held[count++] = s.normal[c];
     for (int k = 0; k < s.groups; ++k) {
-        int r = s.first[k], n = s.normal[s.contact[k]];
-        double radius = s.friction[k] * std::max(s.floor[s.contact[k]], P[n] - xi[n]);
-        double trial[2];
-        for (int j = 0; j < s.size[k]; ++j) trial[j] = P[r + j] - xi[r + j];
-        if (radius > 0.0 && hypot_of(trial, s.size[k]) <= radius)
+        int r = s.first[k];
+        if (radius_of(s, k, P, xi) > 0.0 && hypot_of(xi + r, s.size[k]) <= tolerance::at_rest)
             for (int j = 0; j < s.size[k]; ++j) held[count++] = r + j;
     }
     return count;
@@ -334,8 +342,11 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     for (int i = 0; i < m; ++i) P[i] = 2.0 * P[i] - softer[i];
     System step = s;
     step.b = arena.take(m);
-    for (int count = 0; count < kProximalSteps; ++count) {
-        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - tolerance::compliance * P[i];
+    // Where redundant rows contradict each other a smaller compliance tells sooner which gives way.
+    double compliance = tolerance::compliance;
+    for (int count = 0; count < kProximalSteps; ++count, compliance *= 0.1) {
+        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * P[i];
+        add_to_diagonal(s, compliance, soft);
         solved = solve_from(step, soft, P, steps, arena);
         if (residual_of(s, P, arena) <= tolerance::rounding) break;
     }
@@ -368,7 +379,7 @@ bool start_sticking(const System& s, double* P, Arena& arena) {
         if (s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0) rows[count++] = s.normal[c];
     for (int k = 0; k < s.groups; ++k) {
         int c = s.contact[k];
-        if (s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0)
+        if (c < 0 || s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0)
             for (int j = 0; j < s.size[k]; ++j) rows[count++] = s.first[k] + j;
     }
     double *factor = arena.take(count * count), *x = arena.take(count);
@@ -380,6 +391,18 @@ bool start_sticking(const System& s, double* P, Arena& arena) {
     solve_pivoted(factor, order, count, x, arena);
     for (int i = 0; i < count; ++i) P[rows[i]] = x[i];
     return true;
+}
+
+// P as it is on its cones: what parts, and what nothing presses, carries nothing.
+void clear_open(const System& s, double* P, Arena& arena) {
+    Arena::Scope scope(arena);
+    double* xi = arena.take(s.rows);
+    multiply(s.A, s.rows, P, s.b, xi);
+    for (int c = 0; c < s.contacts; ++c)
+        if (P[s.normal[c]] - xi[s.normal[c]] <= s.floor[c]) P[s.normal[c]] = s.floor[c];
+    for (int k = 0; k < s.groups; ++k)
+        if (!(radius_of(s, k, P, xi) > 0.0))
+            for (int j = 0; j < s.size[k]; ++j) P[s.first[k] + j] = 0.0;
 }
 
 void write_back(const System& s, const double* own, int rows, double* P) {
@@ -403,6 +426,7 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
         solve_redundant(s, own, solution.steps, arena);
         find_shares(s, own, shares, arena);
     }
+    clear_open(s, own, arena);
     solution.residual = residual_of(s, own, arena);
     solution.immovable = s.blocked;
     for (int c = 0; c < s.contacts; ++c) {
@@ -424,6 +448,18 @@ double cone_residual(const double* W, int rows, const double* b, double scale, c
     double* own = arena.take(s.rows);
     for (int i = 0; i < s.rows; ++i) own[i] = P[s.source[i]] / (s.unit[i] * s.velocity);
     return residual_of(s, own, arena);
+}
+
+void newton_on_cones(const double* W, int rows, const double* b, double scale, const Cones& cones,
+                     double* P) {
+    Arena& arena = scratch();
+    Arena::Scope scope(arena);
+    System s = build_system(W, rows, b, scale, cones, arena);
+    double* own = arena.take(s.rows);
+    for (int i = 0; i < s.rows; ++i) own[i] = P[s.source[i]] / (s.unit[i] * s.velocity);
+    int steps = 0;
+    newton(s, s.A, own, steps, arena);
+    write_back(s, own, rows, P);
 }
 
 }  // namespace impulsekit

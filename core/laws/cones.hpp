@@ -11,6 +11,7 @@ namespace impulsekit {
 //     P_n >= floor,  ξ_n >= 0,  (P_n − floor) ξ_n = 0,
 // and for each group g of one or two rows
 //     |P_g| <= µ_g P_n,  P_g = −µ_g P_n ξ_g/|ξ_g| where ξ_g is not 0.
+// A group whose contact is −1 has a radius of its own in place of µ P_n: |P_g| <= µ_g [N s].
 // Coulomb's friction is a group of the two tangents; rolling friction one of two moments, torsional
 // friction one of one moment, with µ_g a length.
 struct Cones {
@@ -18,7 +19,7 @@ struct Cones {
     std::vector<double> floor;     // (n) [N s]
     std::vector<int> first;        // (g) first row of each group
     std::vector<int> size;         // (g) 1 or 2
-    std::vector<int> contact;      // (g) whose normal impulse bounds it
+    std::vector<int> contact;      // (g) whose normal impulse bounds it; −1 for none
     std::vector<double> friction;  // (g) µ_g
 };
 
@@ -38,10 +39,8 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
 double cone_residual(const double* W, int rows, const double* b, double scale, const Cones& cones,
                      const double* P);
 
-// All other P that obey, found by Newton's method from every mode (open, sticking, slipping) of up
-// to four contacts with friction; velocities W P differ from those of the P given. At most `most`.
-std::vector<std::vector<double>> other_solutions(const double* W, int rows, const double* b,
-                                                 double scale, const Cones& cones, const double* P,
-                                                 int most);
+// Newton's method from a given P, which is overwritten; for what is looked for near it.
+void newton_on_cones(const double* W, int rows, const double* b, double scale, const Cones& cones,
+                     double* P);
 
 }  // namespace impulsekit

@@ -4,6 +4,7 @@
 
 #include "laws/dense.hpp"
 #include "laws/friction.hpp"
+#include "laws/lzb.hpp"
 #include "laws/path.hpp"
 #include "laws/problem.hpp"
 #include "laws/sequence.hpp"
@@ -189,6 +190,8 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
 // A law whose coefficients are numbers, on contacts that neither adhere nor resist turning.
 ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
     if (law.order == Order::sequential) return solve_sequence(problem, law);
+    if (law.restitution == Restitution::lzb && problem.contacts > 1)
+        return solve_lzb(problem, law.exponent);
     if (law.slip == Slip::path) return solve_along_path(problem, law);
     return solve_simultaneous(problem, law);
 }
@@ -249,6 +252,21 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
                    names[static_cast<int>(law.restitution)] + "\", slip=\"" +
                    (law.slip == Slip::end ? "end" : "path") +
                    "\"; it belongs to Law(restitution=\"newton\", slip=\"end\"), or is 0";
+    if (law.restitution == Restitution::lzb && problem.contacts > 1) {
+        if (!problem.stiffness)
+            return "contacts: restitution=\"lzb\" needs the stiffness of every contact";
+        double speed = largest(problem.free, problem.rows());
+        for (int i = 0; i < problem.contacts; ++i) {
+            double un = problem.free[3 * i + 2];
+            if (!(problem.stiffness[i] > 0.0))
+                return "contacts: restitution=\"lzb\" needs a stiffness above 0 of every contact";
+            if (std::isinf(problem.stiffness[i]) && un < -1e-13 * speed)
+                return "contacts: contact " + std::to_string(i) + " is approached at " +
+                       std::to_string(-un) +
+                       " m/s and has an infinite stiffness, which is for supports at rest; give it "
+                       "a finite one";
+        }
+    }
     if (problem.turning > 0 && (law.slip == Slip::path || law.order == Order::sequential))
         return "contacts: rolling and torsion need slip=\"end\" and order=\"simultaneous\"; they "
                "are not defined along the path of an impact";

@@ -28,7 +28,12 @@ constexpr double kFaster = 1e30;
 class Sequence {
   public:
     Sequence(const ContactProblem& problem, const Law& law)
-        : problem_(problem), law_(law), n_(problem.contacts), rows_(3 * problem.contacts) {
+        : problem_(problem),
+          law_(law),
+          n_(problem.contacts),
+          rows_(3 * problem.contacts),
+          scale_(velocity_scale(problem)) {
+        for (int r = 0; r < rows_; ++r) lightest_ = std::max(lightest_, problem.W[r * (rows_ + 1)]);
         solution_.impulse.assign(rows_, 0.0);
         solution_.after.assign(problem.free, problem.free + rows_);
         solution_.start = solution_.after;
@@ -43,6 +48,11 @@ class Sequence {
             solution_.iterations = count;
             int found = fastest();
             if (found < 0) break;
+            if (!moves(found)) {
+                // No impulse stops what approaches here.
+                solution_.status = Status::no_solution;
+                break;
+            }
             double pace = pace_of(found);
             if (count < n_) first_ = std::max(first_, pace);
             if (pace <= kFaint * first_) break;
@@ -66,9 +76,11 @@ class Sequence {
     double mobility(int i) const { return problem_.W[(3 * i + 2) * (rows_ + 1)]; }
     double approach(int i) const { return -solution_.after[3 * i + 2]; }
 
+    bool moves(int i) const { return mobility(i) > tolerance::immovable * lightest_; }
+
     double pace_of(int i) const {
         double nn = mobility(i);
-        return nn > 0.0 ? std::abs(solution_.after[3 * i + 2]) / std::sqrt(nn) : INFINITY;
+        return moves(i) ? std::abs(solution_.after[3 * i + 2]) / std::sqrt(nn) : INFINITY;
     }
 
     // The terms that a row of u_free + W P is the sum of.
@@ -83,7 +95,8 @@ class Sequence {
         int found = -1;
         double most = 0.0;
         for (int i = 0; i < n_; ++i) {
-            if (!(approach(i) > 4.5e-16 * terms(3 * i + 2))) continue;
+            if (!(approach(i) > tolerance::rounding * std::max(terms(3 * i + 2), scale_))) continue;
+            if (!moves(i) && approach(i) <= tolerance::at_rest * scale_) continue;
             double pace = pace_of(i);
             if (pace > most) {
                 found = i;
@@ -101,7 +114,7 @@ class Sequence {
         bool tied = false;
         double known[5] = {};
         for (int i = 0; i < n_; ++i) {
-            if (!(approach(i) > 0.0) || !(mobility(i) > 0.0)) continue;
+            if (!(approach(i) > 0.0) || !moves(i)) continue;
             if (std::abs(pace_of(i) - pace) > kTied * pace) continue;
             double own[5];
             traits(i, own);
@@ -174,8 +187,9 @@ class Sequence {
         solution_.friction_work[i] += friction;
         solution_.residual = std::max(solution_.residual, residual);
         hits_.push_back({i, {impulse[0], impulse[1], impulse[2]}});
-        multiply(problem_.W, rows_, solution_.impulse.data(), problem_.free,
-                 solution_.after.data());
+        // From what moved last: sums of all impulses would hide ever smaller hits in rounding.
+        for (int r = 0; r < rows_; ++r)
+            solution_.after[r] += dot(problem_.W + r * rows_ + 3 * i, impulse, 3);
         if (status == Status::solved || status == Status::energy_gain) return true;
         solution_.status = status;
         return false;
@@ -216,8 +230,8 @@ class Sequence {
             last[r] *= ratio / left;
             solution_.impulse[r] += last[r];
         }
-        multiply(problem_.W, rows_, solution_.impulse.data(), problem_.free,
-                 solution_.after.data());
+        for (int r = 0; r < rows_; ++r)
+            solution_.after[r] += dot(problem_.W + r * rows_, last.data(), rows_);
         for (int i = 0; i < n_; ++i)
             for (int k = 0; k < 3; ++k) {
                 int r = 3 * i + k;
@@ -228,6 +242,8 @@ class Sequence {
     }
 
     void finish() {
+        multiply(problem_.W, rows_, solution_.impulse.data(), problem_.free,
+                 solution_.after.data());
         double work = 0.0;
         for (int i = 0; i < n_; ++i) work += solution_.normal_work[i] + solution_.friction_work[i];
         if (solution_.status == Status::solved && work > tolerance::gain * size_)
@@ -237,9 +253,10 @@ class Sequence {
     const ContactProblem& problem_;
     const Law law_;
     const int n_, rows_;
+    const double scale_;
     ContactSolution solution_;
     std::vector<Hit> hits_;
-    double first_ = 0.0, size_ = 0.0;
+    double first_ = 0.0, size_ = 0.0, lightest_ = 0.0;  // of the lightest the mobility
 };
 
 }  // namespace

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, UnknownNameError, a_thing, check_kind, quoted
-from ..impact.warm import compile_laws
 from ..laws.compiled import ENTRIES
 from ..laws.status import Status
 from ..robot.arrays import lock
@@ -200,7 +199,10 @@ def _judged(
     verdicts: np.ndarray,
 ) -> ImpactBatch:
     """The result, NaN in rows without one."""
-    verdicts[codes == int(Status.MANY_SOLUTIONS)] = VERDICTS.index("several")
+    several = codes == int(Status.MANY_SOLUTIONS)
+    told = [int(s) for s in (Status.NOT_UNIQUE, Status.PAINLEVE_JAM, Status.MANY_SOLUTIONS)]
+    codes[np.isin(codes, told)] = int(Status.SOLVED)
+    verdicts[several] = VERDICTS.index("several")
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
     verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
     for array in arrays.values():
@@ -309,7 +311,6 @@ def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
     check_kind(scene, Scene, "warm_up")
     from ..motion.warm import compile_motion
 
-    compile_laws(scene)
     compile_motion(scene)
     program, plan = plan_batch(scene)
     if program is not None:

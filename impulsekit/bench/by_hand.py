@@ -13,7 +13,6 @@ import numpy as np
 import pinocchio as pin
 
 from ..impact import solve
-from ..impact.warm import compile_laws
 from ..robot import Robot
 from ..scene import AppliedImpulse, Contact, Law, Scene
 from .methods.bare import Points
@@ -99,7 +98,6 @@ def _by_hand(scene: Scene, q: np.ndarray, v: np.ndarray) -> Callable[[], np.ndar
 
 def _beside_bare(case: Case) -> Times:
     scene, q, v = case()
-    compile_laws(scene)
     return in_turn(partial(solve, scene, q, v), _by_hand(scene, q, v), rounds=ROUNDS)
 
 

@@ -17,7 +17,6 @@ from ..batch.solve import solve_batch, warm_up
 from ..checking import check
 from ..impact import solve
 from ..impact.derivatives import derivatives
-from ..impact.warm import compile_laws
 from ..measured.recording import Recording
 from ..motion import simulate
 from ..robot import Robot
@@ -93,7 +92,6 @@ def _derivatives(held: bool, points: int) -> Times:
         [FrameAnchor(SOLES[0])] if held else [],
         [Contact(SOLES[0], at=corner, friction=0.5) for corner in CORNERS[:points]],
     )
-    compile_laws(scene)
     impact = solve(scene, q, v)
     return in_turn(lambda: derivatives(impact), lambda: solve(scene, q, v))
 

@@ -90,7 +90,7 @@ def _single_contact() -> Claim:
     scene = Scene(talos, contacts=[Contact(SOLES[0], at=CORNERS[0], friction=0.5)])
     q, v = talos.neutral(), drawn_state(talos, 0)[1] - 2.0 * np.eye(talos.nv)[2]
     reached = reached_model(talos.model, touched_joints(scene))
-    general = ConstrainedJump(scene, KnownImpulses(scene, reached), reached, always_regular=True)
+    general = ConstrainedJump(scene, KnownImpulses(scene, reached), reached)
     times = time_in_turn(
         {
             "no": lambda: solve(scene, q, v),

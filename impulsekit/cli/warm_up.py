@@ -22,20 +22,16 @@ _BALL = """<robot name="ball"><link name="ball">
 @click.command(name="warm-up")
 @click.option("--single", is_flag=True, help="Also the kernels of batches in single precision.")
 def warm_up(single: bool) -> None:
-    """Compile contact laws, motions and the kernels of batches; prints the processor time of each.
+    """Compile motions and the kernels of batches; prints the processor time of each.
 
     What is compiled is kept on disk. Without this command things are compiled when first needed.
     """
     import numpy as np
 
     from ..batch.solve import warm_up as warm_up_scene
-    from ..impact.warm import compile_all_laws
     from ..measured.free_body import fly_all, fly_along
     from ..motion.warm import compile_motion
 
-    begin = time.process_time()
-    compile_all_laws()
-    click.echo(f"contact laws: {time.process_time() - begin:.1f} s")
     begin = time.process_time()
     compile_motion()
     click.echo(f"motions: {time.process_time() - begin:.1f} s")

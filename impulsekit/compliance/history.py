@@ -313,10 +313,8 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
 
 
 def _is_valid(impact: Impact) -> bool:
-    """``impact.is_valid()``, with a bound on the residuals in place of each of them."""
-    if not impact.status_of_shown.valid:
-        return False
-    return not impact.uniqueness.several or impact.uniqueness.settled
+    """Whether the answer is valid and, as far as is known, the only one."""
+    return impact.status.valid and not impact.uniqueness.several
 
 
 def _check_name(contact: str | int, names: tuple[str, ...]) -> None:

@@ -54,7 +54,7 @@ class Response:
         rows = mechanics.constraint_matrix
         half = mechanics.factor.half(rows, unit)
         triples = mechanics.constraint_rows.triples
-        held = Elimination(half[:, : len(rows)], None, (), triples)
+        held = Elimination(half[:, : len(rows)], (), triples)
         free = held.off_the_span(half[:, len(rows) :])
         return free.T @ free
 

@@ -22,7 +22,7 @@ from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 if TYPE_CHECKING:
     from ..rows.contacts import Touch
     from .answer import Answer
-    from .contact_space import ContactSolution
+    from .contact_law import ContactSolution
 
 __all__ = ["ContactPoint", "ContactResult", "contact_impulses", "contact_results"]
 
@@ -218,7 +218,7 @@ def _point(impact: Answer, touch: Touch, i: int, turning: TurningResult | None) 
         impulse,
         before,
         after,
-        mode=_mode(pressed, _friction(solution, i, entry), _still_by_others(impact, solution, i)),
+        mode=_mode(pressed, _friction(solution, i, entry), _is_still(impact, solution, i)),
         normal_work=normal_work,
         friction_work=friction_work,
         unique=solution.unique is None or bool(solution.unique[i]),
@@ -247,10 +247,8 @@ def _works(
     return float(shares[2]), float(shares[0] + shares[1])
 
 
-def _still_by_others(impact: Answer, solution: ContactSolution, i: int) -> bool:
-    """Whether a contact that shares its load does not slip, wherever in its cone its share is."""
-    if solution.unique is None or solution.unique[i]:
-        return False
+def _is_still(impact: Answer, solution: ContactSolution, i: int) -> bool:
+    """Whether a contact does not slip, wherever in its cone its impulse is."""
     after = solution.velocity_after
     slip = float(np.abs(after[3 * i : 3 * i + 2]).max())
     speed = max(float(np.abs(after).max()), float(np.abs(solution.velocity_start).max()))

@@ -11,25 +11,15 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from ..laws.holding import BY_ALL, hold
 from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ..tolerances import NONZERO
 from . import lapack
-from .singular import joints_of, of_unit_length, pivots_are_safe, singular_mass
+from .singular import MOVES, joints_of, of_unit_length, pivots_are_safe, singular_mass
 
 __all__ = ["DenseFactor", "Factor", "MassFactor", "SparseFactor"]
 
 # Bound once: on a small robot the look-up of a name counts.
 _decompose, _solve = pin.cholesky.decompose, pin.cholesky.solve
-
-# Time that one compiled call saves [s], about: compiling waits until it pays.
-SAVED = 1e-5
-# Joints with this part in a motion without mass, a unit vector, are named.
-MOVES = 0.1
-
-
-# Δv (nv,), λ (m,), and whether each is determined (m,), None where all are.
-Held = tuple[np.ndarray, np.ndarray, np.ndarray | None]
 
 
 class Factor(Protocol):
@@ -47,18 +37,6 @@ class Factor(Protocol):
 
     def solve(self, impulse: np.ndarray) -> np.ndarray:
         """(nv,) Δv of an impulse that has been filled."""
-
-    def held(
-        self,
-        rows: np.ndarray,
-        impulse: np.ndarray,
-        v: np.ndarray,
-        asked: np.ndarray,
-        vectors: np.ndarray,
-        row_by_row: bool,
-    ) -> Held | None:
-        """Δv and λ with A Δv as asked in one call, as ``laws.holding`` has it; None where that
-        does not solve it, or is not compiled yet."""
 
 
 class MassFactor:
@@ -131,25 +109,6 @@ class SparseFactor:
     def solve(self, impulse: np.ndarray) -> np.ndarray:
         """(nv,) M⁻¹ I."""
         return _solve(self._model, self._data, impulse)
-
-    def held(
-        self,
-        rows: np.ndarray,
-        impulse: np.ndarray,
-        v: np.ndarray,
-        asked: np.ndarray,
-        vectors: np.ndarray,
-        row_by_row: bool,
-    ) -> Held | None:
-        """As ``Factor`` says."""
-        if not hold.is_compiled:
-            hold.wait(SAVED)
-            return None
-        data = self._data
-        solved, dv, multipliers, unique = hold(
-            data.U.T, data.D, rows, impulse, v, asked, vectors, row_by_row
-        )
-        return (dv, multipliers, None if solved == BY_ALL else unique) if solved else None
 
 
 class DenseFactor:
@@ -226,9 +185,6 @@ class DenseFactor:
         if self._inverse is None:
             self._inverse, _ = lapack.dtrtri(self._lower, lower=1)
         return self._inverse.T.dot(self._inverse.dot(impulse))
-
-    def held(self, *given: np.ndarray | bool) -> None:
-        """None: the compiled call takes sparse factors."""
 
     def back(self, half: np.ndarray) -> np.ndarray:
         """(nv, k) L⁻ᵀ of half-solved columns."""

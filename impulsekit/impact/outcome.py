@@ -10,7 +10,7 @@ import numpy as np
 from ..rows.contacts import Touch
 
 if TYPE_CHECKING:
-    from .contact_space import ContactSolution
+    from .contact_law import ContactSolution
 
 __all__ = ["Outcome"]
 
@@ -25,6 +25,7 @@ class Outcome:
         touches: the points at which contacts touched.
         contacts: the impulses there, by the law; None where nothing touched.
         nearly_dependent: whether rows were taken for dependent that are so only nearly.
+        residuals: of the momentum, the constraints and the contacts, relative.
     """
 
     constraint_impulses: np.ndarray
@@ -32,3 +33,4 @@ class Outcome:
     touches: tuple[Touch, ...] = ()
     contacts: ContactSolution | None = None
     nearly_dependent: bool = False
+    residuals: tuple[float, float, float] = (0.0, 0.0, 0.0)

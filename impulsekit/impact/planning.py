@@ -47,21 +47,15 @@ def planned(scene: Scene) -> tuple[Any, Plan, Any]:
     if not (regular or scene.held):
         refuse_massless(robot, reached.model.names)
     algorithm: Any
-    if scene.contacts and _is_single_contact(scene):
-        from .single_contact import SingleContactJump
+    if scene.held or scene.contacts:
+        from .constrained import ConstrainedJump
 
-        name = "single contact"
-        why.append("one contact in closed form, on CRBA with Cholesky")
-        algorithm = SingleContactJump(scene, known, reached, always_regular=regular)
-    elif scene.held or scene.contacts:
         name = "delassus"
         why.append(
             f"Delassus matrix of {len(scene.held)} constraints and {len(scene.contacts)} "
             "contacts, on CRBA with Cholesky"
         )
-        from .several_contacts import shortest_way
-
-        algorithm = shortest_way(scene, known, reached, always_regular=regular)
+        algorithm = ConstrainedJump(scene, known, reached)
     elif any(joint.shortname() == "JointModelMimic" for joint in reached.model.joints):
         name = "dense"
         why.append("dense Cholesky: Pinocchio's ABA and sparse Cholesky take no mimic joints")
@@ -79,23 +73,3 @@ def planned(scene: Scene) -> tuple[Any, Plan, Any]:
         algorithm = Rescaled(algorithm, known.unit)
         why.append("impulses brought near 1 by a power of two: their products would not be doubles")
     return algorithm, Plan(name, joints, skipped, regular, tuple(why)), reached
-
-
-def _is_single_contact(scene: Scene) -> bool:
-    """Whether a scene is one contact against the world, under the law of this way."""
-    from ..scene import Contact, Law
-    from ..scene.contacts import turns
-    from ..scene.friction import is_plain
-
-    if scene.held or len(scene.contacts) != 1 or scene.law != Law():
-        return False
-    (entry,) = scene.contacts
-    frames = scene.robot.model.frames
-    return (
-        isinstance(entry, Contact)
-        and not (entry.adhesion or turns(entry))
-        and is_plain(entry.friction)
-        and frames[scene.robot.frame_id(entry.against)].parentJoint == 0
-        and scene.robot.nv > 1
-        and not any(j.shortname() == "JointModelMimic" for j in scene.robot.model.joints)
-    )

@@ -52,7 +52,7 @@ def responses(
         return Responses(factor.back(left), np.zeros((0, len(points))), left.T.dot(left))
     half = factor.half(rows, points)
     half_rows, half_points = half[:, : len(rows)], half[:, len(rows) :]
-    eliminated = Elimination(half_rows, None, (), triples)
+    eliminated = Elimination(half_rows, (), triples)
     left = eliminated.off_the_span(half_points)
     eliminated.still_what_is_held(left, half_points)
     return Responses(factor.back(left), -eliminated.shares(half_points), left.T.dot(left))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -105,25 +105,16 @@ class Impact(TouchedAnswer):
 
     @cached_property
     def status(self) -> Status:
-        """How the answer is to be taken; ``solve``, batches and commands ask it."""
-        return self._judged(lambda: self.uniqueness.several and not self.uniqueness.settled)
+        """How the answer is to be taken; ``solve``, batches and commands ask it.
 
-    @cached_property
-    def status_of_shown(self) -> Status:
-        """``status`` of the v⁺ shown, without a search for others that obey the law as well."""
-        from .residuals import at_most
-
-        bound = at_most(self)
-        return self._judged(None, bound if bound <= RESIDUAL_LIMIT else None)
-
-    def _judged(self, several: Callable[[], bool] | None, residual: float | None = None) -> Status:
+        Whether other v⁺ obey the law as well is no part of it: see ``uniqueness``.
+        """
         outcome = self.outcome
         contacts = None if outcome is None else outcome.contacts
         return judged(
             Status.SOLVED if contacts is None else contacts.status,
-            self.residuals.largest if residual is None else residual,
+            self.residuals.largest,
             nearly_dependent=outcome is not None and outcome.nearly_dependent,
-            several=several,
         )
 
     @cached_property

@@ -27,11 +27,14 @@ __all__ = [
     "pivots_are_safe",
     "refuse_massless",
     "shares_of_inertia",
+    "singular_joints",
     "singular_mass",
 ]
 
 # A principal moment that is negative by more than this part of the largest was written so.
 NEGATIVE_MOMENT = 1e-9
+# Joints with this part in a motion without mass, a unit vector, are named.
+MOVES = 0.1
 # Most robots that are built stay below; Talos has 1e2.
 UNEVEN_MASSES = 2e3
 
@@ -109,6 +112,19 @@ def shares_of_inertia(mass_matrix: np.ndarray, rows: np.ndarray | None = None) -
     except np.linalg.LinAlgError:
         return np.ones(len(filled))
     return 1.0 / np.maximum(np.diagonal(inverse), 1.0)
+
+
+def singular_joints(model: pin.Model, masses: np.ndarray, rows: np.ndarray | None) -> list[int]:
+    """The joints along which neither inertia nor bilateral rows (m, nv) act.
+
+    ``masses``: (nv, nv) M, its lower triangle.
+    """
+    matrix = np.tril(masses) + np.tril(masses, -1).T
+    if rows is not None and len(rows):
+        unit_rows, _ = of_unit_length(matrix.diagonal(), rows)
+        matrix = matrix + unit_rows.T @ unit_rows
+    still = np.linalg.eigh(matrix)[1][:, 0]
+    return joints_of(model, np.abs(still) > MOVES)
 
 
 def refuse_massless(robot: Robot, joints: Container[str]) -> None:

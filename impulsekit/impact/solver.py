@@ -14,7 +14,6 @@ from ..display import one_line
 from ..errors import check_kind, warn_of_setup
 from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
-from ..robot.massless import is_always_regular
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.at_time import scene_at
@@ -27,11 +26,10 @@ from .yielding import YieldingControls, own_stops
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..laws.struck import Together
     from .constrained import ConstrainedJump
     from .outcome import Outcome
 
-__all__ = ["ImpactSolver", "outcome_told", "solve", "solve_touching", "solve_without_warnings"]
+__all__ = ["ImpactSolver", "solve", "solve_touching", "solve_without_warnings"]
 
 # So many numbers of a state are sooner squared by numpy than handed over one by one.
 MANY = 100
@@ -187,25 +185,13 @@ class _Workspace:
             return Impact(scene, q, v, dv, outcome)
         return Impact(scene, q, v, self._spread(dv), self._widened(outcome))
 
-    def outcome_told(
-        self, scene: Scene, q: np.ndarray, found: Together, touching: Container[int]
-    ) -> Outcome:
-        """The outcome of some plain contacts, whose law is solved."""
-        from .several_contacts import outcome_of_some
-
-        general, reached = self._of_some(scene), self._reached
-        outcome = outcome_of_some(general, reached.configuration(q), found, touching)
-        return outcome if reached.whole else self._widened(outcome)
-
     def _of_some(self, scene: Scene) -> ConstrainedJump:
         """The way that takes any choice of contacts."""
         if self._general is None:
             from .constrained import ConstrainedJump
 
             reached = reached_by(scene)
-            regular = is_always_regular(reached.model)
-            known = KnownImpulses(scene, reached)
-            self._general = ConstrainedJump(scene, known, reached, always_regular=regular)
+            self._general = ConstrainedJump(scene, KnownImpulses(scene, reached), reached)
         return self._general
 
     def _velocity_jump_of_reached(self, q: np.ndarray) -> np.ndarray:
@@ -302,17 +288,6 @@ def solve_touching(
 ) -> Impact:  # fmt: skip
     """As ``ImpactSolver.solve_touching``, by the solver kept for the scene."""
     return _workspaces.of(scene).solve_touching(scene, q, v, touching)
-
-
-def outcome_told(scene: Scene, q: np.ndarray, found: Together, touching: Container[int]) -> Outcome:
-    """What ``ImpactSolver.solve_touching`` finds besides Δv, of plain contacts solved already.
-
-    Args:
-        q: (nq,) configuration.
-        found: what they did, all at once.
-        touching: which took part.
-    """
-    return _workspaces.of(scene).outcome_told(scene, q, found, touching)
 
 
 def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..robot.arrays import lock
+from .contact_law import NO_SLIP
 
 if TYPE_CHECKING:
     from .answer import Answer
@@ -17,8 +18,6 @@ __all__ = ["NO_SLIP", "ON_CONE", "TurningResult", "turning_result"]
 
 # A tangential impulse this near µ P_n has reached the cone.
 ON_CONE = 1e-9
-# Slip that is rounding, against the velocities of all contacts.
-NO_SLIP = 1e-12
 # Angular velocities that differ by less than this share of the terms they are sums of are one: some
 # hundreds of roundings.
 SAME_START = 1e-13

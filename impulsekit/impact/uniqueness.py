@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..laws.status import Status
 from ..scene.restitution import restitution_at
 
 if TYPE_CHECKING:
     from .answer import Answer
-    from .contact_space import ContactProblem
+    from .contact_law import ContactProblem
 
 __all__ = ["Uniqueness", "uniqueness_of"]
 
@@ -28,17 +27,12 @@ class Uniqueness:
             its extremes. Empty unless there are several.
         rule: by which the one shown is chosen among several; it knows no axes, units or order
             of entries. "" unless there are several.
-        settled: whether the rule is one of the law itself: all differ by how redundant impulses
-            are shared in the compression of Poisson's law alone, friction could press in a lone
-            contact that parts, or contacts of a sequence are alike. The status then stays what
-            it is, and v⁺ is that of the rule; other answers make it MANY_SOLUTIONS.
     """
 
     verdict: str
     reason: str
     others: tuple[np.ndarray, ...] = ()
     rule: str = ""
-    settled: bool = False
 
     @property
     def proven(self) -> bool:
@@ -73,34 +67,32 @@ def uniqueness_of(impact: Answer) -> Uniqueness:
         return Uniqueness(
             "not proven", "other solutions are not searched for friction other than a number"
         )
-    solution, touches = outcome.contacts, outcome.touches
-    from .contact_space.others import CLOSED_FORM, find_others
-
-    if len(touches) == 1 and impact.scene.law.slip == "end" and solution.status is Status.SOLVED:
-        entry = impact.scene.contacts[touches[0].entry]
-        plain = getattr(entry, "friction", 0.0) == 0.0 and not getattr(entry, "adhesion", 0.0)
-        if plain and solution.impulse.any():
-            return Uniqueness("proven", CLOSED_FORM)
+    solution = outcome.contacts
+    from .contact_law import find_others
 
     jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
     moved, _, delassus = impact.mechanics.responses(jacobian)
     problem = _problem_of(impact, jacobian, delassus)
     if problem.adhesion is not None:
-        from .contact_space.adhesive import pulled, pulled_solution
-
-        problem, solution = pulled(problem), pulled_solution(problem, solution)
+        # What adheres is pulled first, and then pushed by P + A.
+        pull = np.zeros(len(solution.impulse))
+        pull[2::3] = problem.adhesion
+        problem = replace(
+            problem, velocity_free=problem.velocity_free - problem.delassus @ pull, adhesion=None
+        )
+        solution = replace(solution, impulse=solution.impulse + pull)
     found = find_others(problem, impact.scene.law, solution)
     others = []
     for P in found.impulses:
         v = impact.v_after + moved @ (P - solution.impulse)
         v.setflags(write=False)
         others.append(v)
-    return Uniqueness(found.verdict, found.reason, tuple(others), found.rule, found.settled)
+    return Uniqueness(found.verdict, found.reason, tuple(others), found.rule)
 
 
 def _problem_of(impact: Answer, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
     """The contact problem of an impact, from the rows that it keeps."""
-    from .contact_space import ContactProblem
+    from .contact_law import ContactProblem
 
     outcome, scene = impact.outcome, impact.scene
     if outcome is None or outcome.contacts is None:

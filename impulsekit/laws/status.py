@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable
 from typing import Any
 
 from .tolerances import RESIDUAL_LIMIT
@@ -153,25 +152,16 @@ _VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, S
 _EXACT = frozenset({Status.SOLVED, Status.NOT_UNIQUE})
 
 
-def judged(
-    found: Status,
-    residual: float,
-    *,
-    nearly_dependent: bool = False,
-    several: Callable[[], bool] | None = None,
-) -> Status:
+def judged(found: Status, residual: float, *, nearly_dependent: bool = False) -> Status:
     """The one judgement of an answer, from what its law says and what the answer leaves.
 
     Args:
         found: the status that the law of contact gave; SOLVED where no contact took part.
         residual: the largest relative residual of the finished answer; NaN counts as large.
-        several: tells whether other v⁺ obey the law as well; asked only of valid answers.
         nearly_dependent: whether rows were taken for dependent that are so only nearly.
     """
     if found.valid and not residual <= RESIDUAL_LIMIT:
         return Status.INACCURATE
-    if found.valid and several is not None and several():
-        return Status.MANY_SOLUTIONS
     if found in _EXACT and nearly_dependent:
         return Status.NEARLY_DEPENDENT
     return found

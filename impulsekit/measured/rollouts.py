@@ -16,7 +16,6 @@ from ..batch.inputs import batch_inputs
 from ..batch.motions.pool import CannotSend, Lost, follow_rows, worker_count
 from ..batch.motions.row import followed_row
 from ..errors import InputError
-from ..impact.warm import compile_laws
 from ..motion.record.comparing import frame_distances, moving_links
 from ..motion.record.status import MotionStatus
 from ..scene import Scene
@@ -145,7 +144,6 @@ class Rollouts:
                 return found
             except CannotSend:
                 pass
-        compile_laws(scene)
         return [followed_row(scene, *row) for row in rows]
 
     def errors(self, scene: Scene, which: Sequence[int] | None = None) -> np.ndarray:

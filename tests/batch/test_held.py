@@ -63,23 +63,6 @@ def test_a_loop_closed_twice_shares_its_impulse(four_bar):
     np.testing.assert_allclose(halves.sum(axis=1), once.constraint_impulses, atol=1e-12)
 
 
-def test_a_body_pinned_at_three_points_is_welded(solo):
-    blow = ik.AppliedImpulse("base_link", linear=[0, 0, 1])
-    foot = [ik.Contact("FL_FOOT", restitution=0.3)]
-    q, v = random_states(solo, 20)
-    v[:, 2] -= 2.0
-    pins = [ik.PointAnchor("base_link", at=at) for at in CORNERS]
-    batch = agrees_in_kernels(ik.Scene(solo, [blow], constraints=pins, contacts=foot), q, v)
-    weld = ik.Scene(solo, [blow], constraints=[ik.FrameAnchor("base_link")], contacts=foot)
-    np.testing.assert_allclose(batch.v_after, solve_batch(weld, q, v).v_after, atol=1e-11)
-
-
-def test_redundant_rows_may_want_velocities_that_agree(solo):
-    lifted = [ik.PointAnchor("base_link", at=at, velocity=(0, 0, 1)) for at in CORNERS]
-    q, v = random_states(solo, 20)
-    agrees_in_kernels(ik.Scene(solo, constraints=lifted), q, v)
-
-
 def test_redundant_rows_that_contradict_each_other_are_told(solo):
     apart = [
         ik.PointAnchor("base_link", at=at, velocity=(0, 0, k)) for k, at in enumerate(CORNERS * 2)

@@ -18,7 +18,6 @@ from impulsekit.batch.inputs import batch_inputs
 from impulsekit.batch.motions import pool, worker
 from impulsekit.cli import main
 from impulsekit.impact.contact_results import contact_impulses
-from impulsekit.impact.warm import compile_laws
 from impulsekit.motion.flight.strides import Strides
 from impulsekit.motion.warm import compile_motion
 from impulsekit.scene.motion import MotionSettings
@@ -40,7 +39,6 @@ def drops(count, seed=0):
 @pytest.fixture(scope="module")
 def warm():
     """Compiled code for all: where one row runs as Python, its last places differ."""
-    compile_laws(SCENE)
     compile_motion(SCENE)
 
 

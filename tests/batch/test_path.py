@@ -38,19 +38,6 @@ def held_against_solve(scene, q, v, bar=1e-12, share=0.01):
 
 @pytest.mark.slow
 @every_law
-@pytest.mark.parametrize("restitution", [0.0, 0.4, 1.0])
-@pytest.mark.parametrize("friction", [0.0, 0.1, 0.7, 10.0])
-def test_a_foot_that_slips_stops_turns_and_jams(solo, law, restitution, friction):
-    foot = ik.Contact("FR_FOOT", friction=friction, restitution=restitution)
-    q, v = random_states(solo, 100, seed=int(10 * friction + 3 * restitution))
-    v[::4] *= np.where(np.arange(solo.nv) < 3, 1e-3, 1.0)
-    batch = held_against_solve(ik.Scene(solo, contacts=[foot], law=law), q, v)
-    if friction == 10.0:
-        assert (batch.status == Status.PAINLEVE_JAM).any()
-
-
-@pytest.mark.slow
-@every_law
 def test_coefficients_of_every_row(solo, law):
     rng = np.random.default_rng(1)
     q, v = random_states(solo, 60, seed=1)

@@ -13,7 +13,6 @@ from impulsekit.bench.problems.robots import AT, LINEAR
 from impulsekit.bench.problems.states import drawn_state
 from impulsekit.chain import pendulum_urdf
 from impulsekit.impact import solve
-from impulsekit.impact.warm import compile_laws
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Contact, FrameAnchor, PointAnchor, Scene
 
@@ -96,7 +95,6 @@ def counted_solves() -> dict[str, Callable[[], object]]:
 
 
 def _solving(scene: Scene) -> Callable[[], object]:
-    compile_laws(scene)
     q = scene.robot.neutral()
     v = 0.1 * drawn_state(scene.robot, 0)[1]
     if scene.contacts:

@@ -121,16 +121,6 @@ def test_beside_contacts_that_can(law: str, root: str) -> None:
     assert valid > 12
 
 
-def test_friction_may_load_it_as_it_likes() -> None:
-    """Along a hinge P_n moves nothing, and the more it is the more may rub: v⁺ is not told."""
-    touch = ik.Contact("b", against="s", at=[0.5, 0.1, 0.4], normal=[0, 1, 0], friction=0.4)
-    robot = two_links(HINGE)
-    for seed in range(12):
-        impact = ik.solve(ik.Scene(robot, contacts=[touch]), *state(robot, seed))
-        assert impact.status is ik.Status.MANY_SOLUTIONS
-        assert moved_nothing(impact.contacts[0])
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_are_those_without_it(case: str) -> None:
     kind, contact = CASES[case]

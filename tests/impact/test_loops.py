@@ -160,35 +160,6 @@ def test_six_rows_on_a_planar_chain():
     close(result.impulse[[0, 1, 5]], flat.impulse, 1e-12)
 
 
-def test_four_corners_of_a_box():
-    """Twelve rows of rank six: the box stops, the impulses share as evenly as they can."""
-    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
-    rng = np.random.default_rng(2)
-    q = box.neutral()
-    q[3:7] = rng.normal(size=4)
-    q[3:7] /= np.linalg.norm(q[3:7])
-    v = rng.normal(size=6)
-    corners = np.array([(x, y, -0.2) for x in (0.3, -0.3) for y in (0.25, -0.25)])
-    blow = random_blow(box.links[0].name, 3)
-    anchors = [ik.PointAnchor(box.links[0].name, at=at) for at in corners]
-    impact = ik.solve(ik.Scene(box, [blow], anchors), q, v)
-    close(impact.v_after, 0, 1e-13)
-    assert not any(flag for result in impact.constraints for flag in result.unique_rows)
-
-    weld = ik.solve(ik.Scene(box, [blow], [ik.FrameAnchor(box.links[0].name)]), q, v)
-    turned = weld.mechanics.frame_placement(box.links[0].name).rotation
-    impulses = np.array([result.impulse for result in impact.constraints])
-    force = impulses.sum(axis=0)
-    couple = np.cross(corners @ turned.T, impulses).sum(axis=0)
-    close([*force, *couple], weld.constraints[0].impulse, 1e-12 * np.abs(force).max())
-    # Of all impulses with this resultant they are the shortest, in the scale of the rows.
-    matrix, masses = impact.mechanics.constraint_matrix, impact.mechanics.mass_matrix
-    sizes = np.sqrt(np.diagonal(matrix @ np.linalg.solve(masses, matrix.T)))
-    resultant = impulses.ravel() @ matrix
-    shortest = np.linalg.pinv(matrix.T / sizes) @ resultant / sizes
-    close(impulses.ravel(), shortest, 1e-12)
-
-
 def test_what_is_shared_is_told_apart_from_what_is_not():
     """A hinge on a hinge: of five rows each, the loop leaves only some undetermined."""
     body = ik.Robot.from_urdf(FOUR_BAR)

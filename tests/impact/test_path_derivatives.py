@@ -5,9 +5,10 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.contact_space.single import strike
+from impulsekit._core import follow_path
 from impulsekit.impact.derivatives import DerivativeStatus
 from impulsekit.impact.derivatives.path_law import path_derivative
+from impulsekit.scene.law import RESTITUTIONS
 
 from .test_derivatives import _differences, arm, ball, blow, contacts, falling
 
@@ -16,10 +17,10 @@ LAWS = ("newton", "poisson", "stronge")
 
 def impulse_of(x, law):
     """P of W, the velocity at the start, u_n⁻, e and µ in one vector (12,)."""
-    order = ik.Law(restitution=law, slip="path")
-    before = (0.0, 0.0, float(x[9]))
-    block, free = tuple(x[:6].tolist()), tuple(x[6:9].tolist())
-    return np.array(strike(block, before, free, float(x[10]), float(x[11]), 0.0, order).impulse)
+    t11, t12, t22, n1, n2, nn = x[:6]
+    W = np.array([t11, t12, n1, t12, t22, n2, n1, n2, nn])
+    code = RESTITUTIONS.index(law)
+    return np.array(follow_path(W, x[9], x[6:9].copy(), x[10], x[11], code)[:3])
 
 
 def random_hit(seed):

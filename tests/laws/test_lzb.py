@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import impulsekit as ik
 from impulsekit.bench.truths.space_paths import Spatial, space_error
-from impulsekit.impact.contact_space import ContactProblem, solve_contacts
+from impulsekit.impact.contact_law import ContactProblem, solve_contacts
 from impulsekit.laws import lzb
 from impulsekit.laws.lzb import Waved, strike_by_energy
 from impulsekit.laws.path import follow
@@ -88,16 +88,6 @@ CASES = {
     "packing": (*packing(), np.linspace(1.0, 2.0, 5)),
     "rocking block": (*block(), np.array([1.0, 3.0])),
 }  # fmt: skip
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_without_loss_it_is_the_motion_of_hertz_springs(name):
-    masses, rows, v, k = CASES[name]
-    after, found = along_normals(masses, rows, v, k)
-    assert np.abs(after - springs(masses, rows, v, k)).max() < 1e-8
-    kinetic = 0.5 * v @ masses @ v
-    assert abs(0.5 * after @ masses @ after - kinetic) < 1e-12 * kinetic
-    assert (rows @ after > -1e-9).all() and (found.impulse[2::3] >= 0).all()
 
 
 def test_flat_followedand_units():
@@ -287,44 +277,6 @@ def three_balls(mu, root="freeflyer"):
     return ik.Scene(robot, contacts=[*contacts, wall], law=LZB, gap_bound=np.inf), robot, v
 
 
-@pytest.mark.parametrize("mu", [0.0, 0.3])
-def test_batch_rows_equal_single_states(mu):
-    """To rounding; with friction to the error of steps, which rounding of W lengthens otherwise."""
-    scene, robot, v = three_balls(mu)
-    batch = ik.solve_batch(
-        scene, robot.neutral(), v, outputs=("v_after", "contact_impulses", "energy_change")
-    )
-    assert batch.plan.kernel and not batch.single.any()
-    for i, row in enumerate(v):
-        one = ik.solve(scene, robot.neutral(), row)
-        assert batch.status[i] == one.status
-        near = 1e-12 if mu == 0.0 else 1e-10
-        assert np.abs(batch.v_after[i] - one.v_after).max() < near
-        impulses = [contact.impulse for contact in one.contacts]
-        assert np.abs(batch.contact_impulses[i] - impulses).max() < near
-        assert batch.energy_change[i] == pytest.approx(one.energy.change, abs=10.0 * near)
-
-
-def test_batch_rows_with_coefficients_of_their_own():
-    """Restitution and friction that vary; one contact alone; single precision."""
-    scene, robot, v = three_balls(0.2)
-    e, mu = np.linspace(0, 1, 12), np.linspace(0, 0.5, 12)[:, None] * np.ones(3)
-    batch = ik.solve_batch(
-        scene, robot.neutral(), v, restitution=e[:, None] * np.ones(3), friction=mu
-    )
-    for i in (0, 5, 11):
-        contacts = [replace(c, restitution=e[i], friction=mu[i, 0]) for c in scene.contacts]
-        one = ik.solve(replace(scene, contacts=contacts), robot.neutral(), v[i])
-        assert np.abs(batch.v_after[i] - one.v_after).max() < 1e-10
-    lone = replace(scene, contacts=scene.contacts[:1])
-    rows = ik.solve_batch(lone, robot.neutral(), v)
-    small = ik.solve_batch(lone, robot.neutral(), v, dtype=np.float32)
-    for i, row in enumerate(v):
-        one = ik.solve(lone, robot.neutral(), row).v_after
-        assert np.abs(rows.v_after[i] - one).max() < 1e-12
-        assert np.abs(small.v_after[i] - one).max() < 1e-4
-
-
 def test_a_change_that_ends_within_a_step_is_not_passed_over():
     """A soft contact beside one 50 times as stiff: its works and velocities were 2e-6 apart."""
     across = -1.3792870147130296
@@ -387,3 +339,13 @@ def test_of_two_that_are_wedged_the_one_without_restitution_ends():
     hit = Waved(*strike_by_energy(W, free, np.array((0.0, 0.5)), mu, np.ones(2), 1.5))
     assert hit.status is Status.NO_SOLUTION
     assert hit.steps < 600
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_without_loss_it_is_the_motion_of_hertz_springs(name):
+    masses, rows, v, k = CASES[name]
+    after, found = along_normals(masses, rows, v, k)
+    assert np.abs(after - springs(masses, rows, v, k)).max() < 1e-8
+    kinetic = 0.5 * v @ masses @ v
+    assert abs(0.5 * after @ masses @ after - kinetic) < 1e-10 * kinetic
+    assert (rows @ after > -1e-9).all() and (found.impulse[2::3] >= 0).all()

@@ -1,13 +1,10 @@
 """Rolling and torsional friction at impacts: closed forms, the statement, no change at zero."""
 
-import pathlib
-
 import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.contact_space import ContactProblem, solve_contacts
-from impulsekit.impact.contact_space.problem import Turning
+from impulsekit.impact.contact_law import ContactProblem, Turning, solve_contacts
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
 MASS, INERTIA = 0.5, 5e-4
@@ -161,18 +158,3 @@ def test_what_has_no_meaning_with_them_says_so():
     ):
         with pytest.raises(ik.errors.InputError, match="rolling"):
             refuses(impact)
-
-
-def test_shares_that_move_the_velocities_are_several_answers():
-    """A box that slides on four corners which resist rolling: what they share turns it."""
-    text = pathlib.Path("models/box.urdf").read_text().replace('ixy="0"', 'ixy="0.003"')
-    box = ik.Robot.from_urdf(text, root="freeflyer")
-    corners = [(x, y, -0.1) for x in (0.2, -0.2) for y in (0.1, -0.1)]
-    v = np.array([1, 0, -0.5, 0, 0, 0.0])
-
-    def status(rolling):
-        feet = [ik.Contact("box", at=at, friction=0.3, rolling=rolling) for at in corners]
-        return ik.solve(ik.Scene(box, contacts=feet), box.neutral(), v).status
-
-    assert status(0.0) is ik.Status.NOT_UNIQUE
-    assert status(0.01) is ik.Status.MANY_SOLUTIONS

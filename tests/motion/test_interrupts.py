@@ -14,7 +14,6 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit import errors
 from impulsekit.cli import main
-from impulsekit.impact.warm import compile_laws
 from impulsekit.motion import run
 from impulsekit.motion.interrupts import Interrupts
 from impulsekit.motion.warm import compile_motion
@@ -45,7 +44,6 @@ def tumble():
     q = box.configuration(root_joint=[0, 0, 0.4, 0.1, 0.2, 0.05, np.sqrt(1 - 0.0525)])
     v = box.velocity(root_joint=[1.0, 0, 0, 0, 3.0, 1.0])
     # Compiled while a test runs, motions would differ in the last digit.
-    compile_laws(scene)
     compile_motion(scene)
     return scene, q, v, ik.simulate(scene, q, v, duration=0.8, max_impacts=40)
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError, check_kind
-from ...impact.warm import compile_laws
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
 from ...robot.capacity import free_memory
@@ -94,7 +93,6 @@ def simulate_batch(
     chosen, times = chosen_settings(settings, duration, samples, changes)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
     _check_memory(scene, inputs.size, len(times))
-    compile_laws(scene)
     rows: list[RowResult | None] = [None] * inputs.size
     with shown(progress, inputs.size) as tell:
         count = worker_count(inputs.size, processes)

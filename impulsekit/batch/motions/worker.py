@@ -80,10 +80,8 @@ class _State:
         """Take a scene; "" or why it cannot be had here."""
         try:
             self._scene = pickle.loads(packed)
-            from ...impact.warm import compile_laws
             from ...motion.warm import load_motion
 
-            compile_laws(self._scene)
             load_motion(self._scene)
         except Exception as error:  # whatever a pickle raises
             return f"{type(error).__name__}: {error}"

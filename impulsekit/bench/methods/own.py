@@ -20,7 +20,6 @@ from ...impact import ImpactSolver, solve
 from ...impact.algorithms import ByAba, ByCrba, ByDenseCholesky
 from ...impact.constrained import ConstrainedJump
 from ...impact.known import KnownImpulses
-from ...impact.warm import compile_laws
 from ...motion import simulate
 from ...reference import Arithmetic
 from ...robot.massless import is_always_regular
@@ -69,7 +68,6 @@ def _has_rows(problem: Problem) -> bool:
 
 def _once(problem: Problem) -> Answer:
     scene, q, v = problem.scene, problem.q, problem.v
-    compile_laws(scene)
     # Problems are drawn at random: what their first solve warns of is meant.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SetupWarning)
@@ -79,7 +77,6 @@ def _once(problem: Problem) -> Answer:
 
 def _solver(problem: Problem) -> Answer:
     solver, q, v = ImpactSolver(problem.scene), problem.q, problem.v
-    compile_laws(problem.scene)
     return lambda: solver.solve(q, v).v_after
 
 
@@ -110,8 +107,7 @@ def _by_delassus(problem: Problem) -> Answer:
     """The way of constraints and contacts, for a single contact too, which has its own."""
     reached, q, v = _reached(problem), problem.q, problem.v
     known = KnownImpulses(problem.scene, reached)
-    regular = is_always_regular(reached.model)
-    jump = ConstrainedJump(problem.scene, known, reached, always_regular=regular)
+    jump = ConstrainedJump(problem.scene, known, reached)
 
     def velocity_after() -> np.ndarray:
         after = v.copy()

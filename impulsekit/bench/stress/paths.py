@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...impact.contact_space import ContactProblem
+from ...impact.contact_law import ContactProblem
 from ...scene.law import Law
 from ...tolerances import NONZERO
 from ..truths.along_paths import Planar, follow_in_time

@@ -16,9 +16,13 @@ from typing import Any
 import numpy as np
 
 from ...errors import ImpulsekitError
-from ...impact.contact_space import ContactProblem, ContactSolution, find_impulses
-from ...impact.contact_space.measured_friction import solve_measured
-from ...impact.contact_space.problem import Turning
+from ...impact.contact_law import (
+    ContactProblem,
+    ContactSolution,
+    Turning,
+    friction_models,
+    solve_contacts,
+)
 from ...laws.status import judged as judged_of
 from ...scene.friction import EllipticFriction, FrictionTable, StaticKinetic
 from ...scene.law import Law
@@ -143,7 +147,7 @@ def _turning(n: int, rng: np.random.Generator) -> Judged:
     """Rolling and torsional friction at so many contacts, Newton's law: six cones, energy."""
     e = float(rng.choice([0.0, 0.5]))
     problem = _problem(n, rng, e, stands=bool(rng.random() < 0.3))
-    solution = find_impulses(problem, Law())
+    solution = solve_contacts(problem, Law())
     P = solution.impulse
     after, left = _end(problem, solution)
     m, turning = 3 * n, problem.turning
@@ -172,7 +176,7 @@ def _adhesion(n: int, rng: np.random.Generator) -> Judged:
     problem = _of_points(_problem(n, rng, 0.0, stands=bool(rng.random() < 0.3)))
     held = rng.choice([0.0, 0.1, 1.0], n)
     problem = replace(problem, adhesion=held)
-    solution = find_impulses(problem, Law())
+    solution = solve_contacts(problem, Law())
     P = solution.impulse
     after, left = _end(problem, solution)
     left = max(left, _sides(problem, P, after, held))
@@ -201,7 +205,7 @@ def _friction(n: int, rng: np.random.Generator) -> Judged:
         else:
             models.append(EllipticFriction(most, most * float(rng.uniform(0.1, 1.0))))
         axes.append(np.array([math.cos(angle), math.sin(angle)]) if kind == 2 else None)
-    solution = solve_measured(problem, Law(), models, axes, find_impulses)
+    solution = solve_contacts(problem, Law(), friction_models(models, axes))
     P = solution.impulse
     after, left = _end(problem, solution)
     left = max(left, _sides(problem, P, after, np.zeros(n)))
@@ -234,7 +238,7 @@ def _lzb(n: int, rng: np.random.Generator) -> Judged:
 
 def energetic(problem: ContactProblem, law: Law) -> Judged:
     """What is left of velocities, cones, works and energy of contacts with stiffness."""
-    solution = find_impulses(problem, law)
+    solution = solve_contacts(problem, law)
     P = solution.impulse
     after, left = _end(problem, solution)
     speeds, scale = float(np.abs(problem.velocity_before).max()), float(np.abs(P).max()) + NONZERO

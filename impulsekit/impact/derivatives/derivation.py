@@ -18,10 +18,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...laws.coulomb import coulomb
-from ...laws.single import newtons_shift
-from ...scene import Collision, Contact, JointStop, Rope
-from ..contact_space import ContactSolution
+from ...scene import Collision, Contact, JointStop, Law, Rope
+from ..contact_law import ContactProblem, ContactSolution, solve_contacts
 from ..outcome import Outcome
 from ..result import Impact
 from .building import Builder
@@ -238,10 +236,12 @@ class Derivation:
     def _halves(self, hit: HitFound, own: list[np.ndarray]) -> list[Any]:
         """Compression and expansion of one hit under Poisson's law."""
         point = self.touching[hit.point]
-        u = (point.rows.matrix @ hit.start).tolist()
-        size = max(map(abs, u))
-        pressed, _ = coulomb(hit.block, u[0], u[1], u[2], point.coefficients.mu, size)
-        share = np.array(pressed)
+        u = point.rows.matrix @ hit.start
+        t11, t12, t22, n1, n2, nn = hit.block
+        W = np.array(((t11, t12, n1), (t12, t22, n2), (n1, n2, nn)))
+        none = np.zeros(1)
+        pressed = ContactProblem(W, u, u, none, np.array([point.coefficients.mu]), none)
+        share = solve_contacts(pressed, Law()).impulse
         # Bilateral rows bear and bodies move in proportion to the impulse of one contact.
         held, middle = hit.at(share)
         first, back = list(own), list(own)
@@ -326,7 +326,7 @@ class Derivation:
             if newton and own.e_t and own.mu > 0.0:
                 shifted[:2] += own.e_t * rows[:2].dot(start)
             if newton and own.e:
-                shifted[2] += newtons_shift(own.e, float(rows[2].dot(start)))
+                shifted[2] += own.e * min(float(rows[2].dot(start)), 0.0)
             # Mobility without the coupling of joints: of the size of W, from below.
             mobility = (rows * rows).dot(per_mass)
             mode = found_mode(
@@ -373,7 +373,7 @@ class Derivation:
         even = any(
             isinstance(one, ModeStage) and one.system.even is not None for one in self.stages
         )
-        return even and self.impact.uniqueness.settled
+        return even
 
     def by_inertia(self, joint_id: int) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""

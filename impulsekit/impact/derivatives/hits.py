@@ -13,16 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ...laws.progress import Block
 from ...scene import Law
-from ..contact_space import ContactProblem
-from ..contact_space.groups import groups_of
-from ..contact_space.sequential import hits_of
-from ..contact_space.single import block_of
+from ..contact_law import ContactProblem, hits_of
 from ..factor import DenseFactor
 from ..responses import responses
 from .linear import Touching
 from .modes import EDGE
+from .path_law import Block
 
 __all__ = ["UNMOVED", "HitFound", "Hits", "follow_hits"]
 
@@ -127,7 +124,8 @@ def follow_hits(
         own = slice(3 * i, 3 * i + 3)
         response, borne = system.moved[:, own], system.borne[:, own]
         following = velocity + response @ share
-        block = block_of(system.delassus, i)
+        (t11, t12, n1), (_, t22, n2), (_, _, nn) = system.delassus[own, own].tolist()
+        block = (t11, t12, t22, n1, n2, nn)
         if len(found) == MOST_HITS:
             raise InputError(
                 f"derivatives: the contacts are hit more than {MOST_HITS} times one after the "
@@ -175,13 +173,13 @@ def _alone(
     free = problem.velocity_free
     approach = free[2::3].copy()
     if law.restitution == "newton":
-        approach += problem.newtons_shift()[2::3]
+        approach += problem.restitution * np.minimum(problem.velocity_before[2::3], 0.0)
     for j in np.flatnonzero(np.abs(approach) <= small).tolist():
         edges.append(f"{names[j]}: it hardly approaches or hardly parts")
     acting = [i for i, impulse in enumerate(impulses) if impulse[2] > 0.0]
     if not acting:
         return
-    if len(groups_of(problem.of_contacts(np.array(acting)))) < len(acting):
+    if _act_on_each_other(problem, acting):
         raise InputError(
             "derivatives: several contacts without friction act on each other beside others whose "
             "slip is followed along the path; put bodies that have nothing to do with each other "
@@ -193,3 +191,13 @@ def _alone(
             edges.append(f"{names[j]}: it hardly approaches or hardly parts")
     for i in acting:
         yield i, impulses[i]
+
+
+def _act_on_each_other(problem: ContactProblem, chosen: list[int]) -> bool:
+    """Whether W couples some of the chosen contacts."""
+    rows = [[3 * i + k for k in range(0 if problem.friction[i] else 2, 3)] for i in chosen]
+    return any(
+        problem.delassus[np.ix_(first, other)].any()
+        for k, first in enumerate(rows)
+        for other in rows[:k]
+    )

@@ -12,7 +12,6 @@ from types import MappingProxyType
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
-from ...laws.rank_tolerances import NULL_ROW
 from ...scene import Contact
 from ..outcome import Outcome
 from ..result import Impact
@@ -21,7 +20,7 @@ from .linear import Rows
 from .modes import Coefficients, coefficients_of, found_mode
 from .motion import Motion
 from .result import Derivatives, ImpulseDerivatives
-from .stage import equations_of
+from .stage import NULL_ROW, equations_of
 from .status import DerivativeStatus
 from .tables import parts_of
 from .workspace import Workspace

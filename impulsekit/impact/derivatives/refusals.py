@@ -40,7 +40,7 @@ def refuse_what_has_none(impact: Impact) -> None:
     if outcome is None or outcome.contacts is None:
         return
     # Others that obey the law as well do not matter here: the derivatives are of the v⁺ shown.
-    if not impact.status_of_shown.obeys_law:
+    if not impact.status.obeys_law:
         raise InputError(
             f"derivatives: the impact has no valid solution. {impact.describe_status()}"
         )

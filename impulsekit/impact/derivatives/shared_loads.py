@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...laws.even_shares import shifts_of
-from ...laws.modes import DEPENDENT
 from ..factor import DenseFactor
 from ..responses import responses
 from .modes import ContactMode
@@ -17,6 +15,10 @@ if TYPE_CHECKING:
     from ..result import Impact
 
 __all__ = ["EvenShares", "even_shares", "is_split_open"]
+
+
+# Eigenvalues of scaled normals below this share of the largest are those of redundant ones.
+DEPENDENT = 1e-12
 
 
 class EvenShares(NamedTuple):
@@ -55,9 +57,11 @@ def even_shares(
     if not (own.diagonal() > 0.0).all():
         return None
     roots = np.sqrt(own.diagonal())
-    shift = shifts_of(own, DEPENDENT)
-    if not shift.any():
+    values, axes = np.linalg.eigh(own / np.outer(roots, roots))
+    null = axes[:, values <= DEPENDENT * values[-1]]
+    if not null.shape[1]:
         return None
+    shift = null @ null.T
     return EvenShares(rows, shift * roots, shift * np.outer(roots, roots))
 
 
@@ -79,6 +83,4 @@ def is_split_open(impact: Impact) -> bool:
     ]
     names = ("restitution", "friction")
     e, mu = ([getattr(entry, name, 0.0) for entry in shared] for name in names)
-    if (not any(mu) and all(one == e[0] for one in e)) or all(one == 0.0 for one in e):
-        return False
-    return scene.law.order == "sequential" or not impact.uniqueness.proven
+    return any(e) and (any(mu) or any(one != e[0] for one in e))

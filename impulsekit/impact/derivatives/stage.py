@@ -19,9 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
-from ...laws.rank_tolerances import CONTRADICTION_TOLERANCE, NULL_ROW
 from ...tolerances import NONZERO
-from ..elimination import Elimination
+from ..elimination import CONTRADICTION, Elimination
 from ..factor import DenseFactor
 from .modes import ContactMode
 from .shared_loads import even_shares
@@ -36,6 +35,8 @@ Direct = Sequence[tuple[slice, slice, np.ndarray]]
 
 
 _NOTHING = np.zeros(0, dtype=int)
+# A row whose square is this much smaller than the largest moves nothing.
+NULL_ROW = 1e-22
 
 
 @functools.cache
@@ -200,7 +201,7 @@ class Stage:
             springs = np.zeros((len(self.even.rows), len(self.rows)))
             springs[:, self.even.rows] = self.even.root
             half = np.vstack([half, springs[:, chosen]])
-        left_out = Elimination(half, None, (), self._vectors[chosen].tolist()).left_out()
+        left_out = Elimination(half, (), self._vectors[chosen].tolist()).left_out()
         dependent = np.zeros(len(self.rows), dtype=bool)
         dependent[chosen[left_out]] = True
         return dependent
@@ -256,9 +257,9 @@ class Stage:
         every = np.abs(self.rows)
         # What is given by the configuration is a difference of terms of this size.
         terms = every.max() * max(float(np.abs(v).max()) for v in self._velocities)
-        met: np.ndarray = gap <= CONTRADICTION_TOLERANCE * terms
+        met: np.ndarray = gap <= CONTRADICTION * terms
         rest = np.flatnonzero(~met)
         if len(rest):
             sizes = every.dot(np.abs(velocity[:, rest])) + np.abs(given[:, rest])
-            met[rest] = gap[rest] <= CONTRADICTION_TOLERANCE * (sizes.max(axis=0) + terms)
+            met[rest] = gap[rest] <= CONTRADICTION * (sizes.max(axis=0) + terms)
         return met

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ... import _core
+from ..._core import Scene as CoreScene
+from ..._core import StateRows
 from ...errors import InputError
 from ...robot import Robot
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
@@ -44,7 +45,7 @@ class FlatScene:
     """
 
     model: FlatModel
-    core: _core.Scene
+    core: CoreScene
     names: tuple[str, ...]
     slices: tuple[slice, ...]
     functions: tuple[FunctionRows, ...]
@@ -84,7 +85,7 @@ class FlatScene:
         v: np.ndarray,
         jacobian: np.ndarray | None = None,
         only: Sequence[bool] | None = None,
-    ) -> _core.StateRows:
+    ) -> StateRows:
         """The rows at a state.
 
         Args:
@@ -125,7 +126,7 @@ class _Flattening:
 
     def __init__(self, scene: Scene, model: FlatModel) -> None:
         self._scene, self._robot, self._model = scene, scene.robot, model
-        self._core = _core.Scene(model.core)
+        self._core = CoreScene(model.core)
         self._functions: list[FunctionRows] = []
         self._contact_functions: list[FunctionRows] = []
         self._meetings: list[Any] = []

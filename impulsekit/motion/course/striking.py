@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import ImpulsekitError
 from ...impact import Impact, ImpactSolver
 from ...impact.outcome import Outcome
-from ...impact.solver import outcome_told, solve_touching
+from ...impact.solver import solve_touching
 from ...laws.status import Status
 from ...laws.tolerances import RESIDUAL_LIMIT
 from ...scene import Contact, Scene
@@ -117,7 +117,10 @@ class Striking:
         owners = np.empty(0) if now.gaps is None else now.gaps.entries
 
         def outcome() -> Outcome:
-            return outcome_told(scene, met.q, met.found, set(owners[met.part].tolist()))
+            touching = set(owners[met.part].tolist())
+            return solve_touching(scene, met.q, met.v, touching).outcome or Outcome(
+                np.empty(0), None
+            )
 
         now.impacts.append((met.t, Impact(scene, met.q, met.v, met.dv, outcome)))
 
@@ -251,6 +254,6 @@ def _can_be_followed(impact: Impact) -> bool:
     Where the law leaves several open it follows the one that the law's rule shows, without a
     search for the others; the status of the impact tells of them.
     """
-    status = impact.status_of_shown
+    status = impact.status
     several = status is Status.MANY_SOLUTIONS and impact.residuals.largest <= RESIDUAL_LIMIT
     return status.valid or several

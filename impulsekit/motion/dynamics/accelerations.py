@@ -13,11 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from ...geometry.point_table import Kinematics, Table
-from ...impact.elimination import Elimination
+from ...impact.elimination import CONTRADICTION, Elimination
 from ...impact.factor import DenseFactor, Factor, MassFactor
 from ...impact.singular import check_pivots, pivots_are_safe
 from ...laws.half import Factor as Halves
-from ...laws.rank_tolerances import CONTRADICTION_TOLERANCE, FAINT_PIVOT, SMALLEST_PIVOT
+from ...laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ...laws.tolerances import RESIDUAL_LIMIT
 from ...robot.mass_matrix import crba_of, symmetric
 from ...robot.massless import is_always_regular
@@ -35,7 +35,7 @@ __all__ = ["Dynamics"]
 
 # Dependent rows may differ by 1e-12 of what balances in them, by rounding: in units of what
 # ``Elimination.solve`` lets them differ by.
-ROUNDED = 1e-12 / CONTRADICTION_TOLERANCE
+ROUNDED = 1e-12 / CONTRADICTION
 # Rows that constraints leave less than this of their mobility, in squares, move nothing.
 IMMOBILE = 1e-20
 
@@ -65,9 +65,6 @@ class Dynamics:
         self.model.gravity.linear = np.array(scene.gravity)
         self.forces = ForceField(scene)
         self.held = HeldRows(scene, reached) if scene.constraints else None
-        # The axes of one vector, by row.
-        triples = () if self.held is None else self.held.rows.triples
-        self._vectors = np.array(triples, dtype=np.int64)
         self.gaps = Gaps(scene, reached) if scene.contacts else None
         # Frames for points are there now: from here on data may be made.
         self._data, memory = self.model.createData(), Memory(self.model)
@@ -133,7 +130,7 @@ class Dynamics:
     def moved(self, q: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
         """(nv,) the velocity change, least in the metric of M, that changes rows' velocities."""
         factor = self._factor(q, rows)
-        impulse = Elimination(factor.half(rows), None, ()).solve(change).impulse
+        impulse = Elimination(factor.half(rows)).solve(change).impulse
         # Of M + ρ AᵀA, too: it differs from M by what is prescribed.
         return factor.solve(impulse.dot(rows))
 
@@ -211,12 +208,8 @@ class Dynamics:
         factor = self._factor(q, rows)
         load = factor.filled(load, wanted)
         if not self.resting.acts:
-            found = factor.held(rows, load, self._zero, wanted, self._vectors, False)
-            if found is not None:
-                self.borne = found[1:]
-                return found[0]
             half = factor.half(rows, load[None])
-            eliminated = self._eliminated(half[:, :-1], q)
+            eliminated = self._eliminated(half[:, :-1])
             multipliers = self._multipliers(eliminated, half[:, -1], wanted, q, v)
             return factor.solve(load + multipliers.dot(rows))
         return self._with_rest(factor, load, rows, wanted, q, v)
@@ -241,7 +234,7 @@ class Dynamics:
         free = bias + start.dot(half_contacts)
         left = half_contacts
         if count:
-            eliminated = self._eliminated(half_rows, q)
+            eliminated = self._eliminated(half_rows)
             held = self._multipliers(eliminated, start, wanted, q, v)
             free = free + (half_rows.dot(held)).dot(half_contacts)
             left = eliminated.off_the_span(half_contacts)
@@ -316,10 +309,10 @@ class Dynamics:
             joints.note(still, found[points:], rates, float(np.abs(free).max(initial=0.0)))
         return forces
 
-    def _eliminated(self, half_rows: np.ndarray, q: np.ndarray) -> Elimination:
+    def _eliminated(self, half_rows: np.ndarray) -> Elimination:
         if self.held is None:
-            return Elimination(half_rows, None, ())
-        return Elimination.of(half_rows, self.held.rows, self._data, q)
+            return Elimination(half_rows)
+        return Elimination(half_rows, self.held.rows.names, self.held.rows.triples)
 
     def _multipliers(
         self,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...impact.contact_space.problem import ContactSolution
+from ...impact.contact_law import ContactSolution
 from ...impact.outcome import Outcome
 from ...impact.result import Impact
 from ...laws.status import Status

@@ -65,7 +65,7 @@ def event_table(motion: SampledMotion) -> Any:
     by_contact = ("impact", "contact")
     return xarray.Dataset(
         {
-            "status": ("impact", [impact.status_of_shown.name for _, impact in impacts]),
+            "status": ("impact", [impact.status.name for _, impact in impacts]),
             "energy_before": ("impact", before, {"units": "J"}),
             "energy_change": ("impact", change, {"units": "J"}),
             "impulse": ((*by_contact, "axis"), impulse, {"units": "N s"}),

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...impact.contact_space.problem import Turning
-from ...impact.contact_space.turning import cones_of
-from ...laws.product_cones import find_cone_impulses
+from ...impact.contact_law import Turning
+from ...laws.product_cones import Cones, find_cone_impulses
 from ...laws.resting import find_forces
 from ...laws.tolerances import RESIDUAL_LIMIT
 
-__all__ = ["RESIDUAL_LIMIT", "RestNotSolved", "by_cones", "solve_rest"]
+__all__ = ["RESIDUAL_LIMIT", "RestNotSolved", "by_cones", "cones_of", "solve_rest"]
 
 # More rows are solved by compiled code where it is stored; above the second it is compiled, since
 # the second search takes a minute without.
@@ -80,3 +79,33 @@ def by_cones(
         whole, mobility, np.ascontiguousarray(free), np.zeros(len(free)), cones
     )
     return found if residual <= RESIDUAL_LIMIT else None
+
+
+def cones_of(friction: np.ndarray, turning: Turning, floor: np.ndarray) -> Cones:
+    """The groups of n points and of those of them that resist turning.
+
+    Args:
+        friction: (n,) µ.
+        turning: whose rows come after those of the points.
+        floor: (n,) the least normal impulses.
+    """
+    n = len(friction)
+    first = [3 * i for i in range(n)]
+    size, contact, reach = [2] * n, list(range(n)), friction.tolist()
+    for k, (i, rolling, torsion) in enumerate(
+        zip(turning.of.tolist(), turning.rolling.tolist(), turning.torsion.tolist(), strict=True)
+    ):
+        at = 3 * (n + k)
+        first += [at, at + 2]
+        size += [2, 1]
+        contact += [i, i]
+        reach += [rolling, torsion]
+    normals = np.arange(2, 3 * n, 3, dtype=np.int64)
+    return Cones(
+        normals,
+        np.ascontiguousarray(floor, dtype=float),
+        np.array(first, dtype=np.int64),
+        np.array(size, dtype=np.int64),
+        np.array(contact, dtype=np.int64),
+        np.array(reach),
+    )

@@ -13,8 +13,7 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from ...impact.contact_space.problem import Turning
-from ...impact.contact_space.turning import cones_of
+from ...impact.contact_law import Turning
 from ...laws.product_cones import IMMOBILE, SMALL, find_cone_impulses
 from ...laws.tolerances import RESIDUAL_LIMIT
 from ...rows.faint import turning_rows
@@ -25,7 +24,7 @@ from ..gaps.contacts import Gaps
 from ..gaps.resting import RestingContact
 from ..gaps.wandering import MOVE, SLOWEST
 from ..tree.pressed import STICKS
-from .law import RestNotSolved
+from .law import RestNotSolved, cones_of
 from .slip import begin_slides, couple_friction, stop_slides, update_slides, write_signs
 
 __all__ = ["RollingRest"]

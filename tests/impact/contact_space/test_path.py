@@ -119,7 +119,7 @@ def test_what_friction_holds_wholly_has_no_work_to_give_back(law, seed):
     W, u = rows @ rows.T, rows @ rng.normal(size=2)
     u *= -np.sign(u[2])
     answer = solved(W, u, 1.0, 20.0, law=law)
-    assert answer.status in (Status.SOLVED, Status.PAINLEVE_JAM, Status.NO_SOLUTION) or (
+    assert answer.status in (Status.SOLVED, Status.SOLVED, Status.NO_SOLUTION) or (
         answer.status is Status.ENERGY_GAIN and law.restitution == "newton"
     )
     assert np.abs(W @ answer.impulse).max() < 50 * np.abs(u).max()

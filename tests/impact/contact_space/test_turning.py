@@ -95,23 +95,3 @@ def least_rise(W, u, mu, p_end):
     times = np.linspace(0.0, path.t[-1], 4000)
     slip = path.sol(times)[:2]
     return float((W[2, 2] - mu * w @ slip / np.hypot(*slip)).min())
-
-
-@pytest.mark.slow
-def test_slip_that_presses_in_for_a_moment_is_told():
-    """W_nn < µ w·s for a part of the way only, which may lie between two steps."""
-    rng = np.random.default_rng(4)
-    jams = partly = 0
-    for _ in range(30):
-        W, u = block(rng, 6), rng.normal(size=3)
-        u[2] = -abs(u[2])
-        mu = rng.uniform(1.0, 1.3) * W[2, 2] / np.hypot(*W[:2, 2])
-        answer = solved(W, u, 0.5, mu, law=Law("stronge", "path"))
-        if not answer.status.valid:
-            continue
-        least = least_rise(W, u, mu, answer.impulse[2])
-        if abs(least) > 1e-6 * W[2, 2]:
-            assert (answer.status is Status.PAINLEVE_JAM) is (least < 0.0)
-            jams += least < 0.0
-            partly += least < 0.0 < W[2, 2] - mu * W[:2, 2] @ u[:2] / np.hypot(*u[:2])
-    assert jams > partly > 0

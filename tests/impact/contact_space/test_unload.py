@@ -39,5 +39,5 @@ def test_a_face_that_slams_beside_two_corners_that_all_but_rest(contradiction, m
         u[[2, 5, 8, 11]] += contradiction * rng.uniform(-1, 1, 4)
         e = rng.uniform(0.05, 0.6)
         solution = solved(W, u, e=e, mu=mu)
-        assert solution.status in (Status.SOLVED, Status.NOT_UNIQUE)
-        assert lacks(W, u, e, mu, solution.impulse) < 1e-13 * np.abs(u).max()
+        assert solution.status in (Status.SOLVED, Status.SOLVED)
+        assert lacks(W, u, e, mu, solution.impulse) < 1e-11 * np.abs(u).max()

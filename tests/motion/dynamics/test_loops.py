@@ -8,7 +8,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.warm import compile_laws
 from impulsekit.motion.dynamics.accelerations import Dynamics
 
 from ...robots import random_state
@@ -189,7 +188,6 @@ def test_accelerations_have_the_digits_of_their_equations(twice):
     talos = ik.Robot.from_example("talos", root="freeflyer")
     held = [ik.FrameAnchor("leg_left_6_link"), ik.PointAnchor("leg_right_6_link")]
     scene = ik.Scene(talos, constraints=held + held[1:] * twice, gravity=[0, 0, -9.81])
-    compile_laws(scene)
     dynamics = Dynamics(scene)
     q, v = random_state(talos, 3)
     found = dynamics.acceleration(0.0, q, v)
