@@ -169,8 +169,6 @@ class Run:
                 flight.strides.wait(time.thread_time() - begin)
             return
         stride, step = found
-        for met in stride.met:
-            self._striking.note(met)
         self._last = self._now.mark(), len(flight.path)
         if step is not None:
             if not self._happens(step, stride.seen):

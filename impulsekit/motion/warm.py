@@ -34,14 +34,13 @@ def _entries(scene: Scene | None) -> list[Entry]:
     from .steps.compiled import attempt, begin_steps, rates_at
     from .travel.advance import advance, until_closing
     from .travel.journey import travel
-    from .travel.strike import strike_point
     from .tree.chart import unrolled
     from .tree.pressed import pressed
 
     of_points, of_bodies = _through_python()
     entries: list[Entry] = [unrolled, attempt, begin_steps, rates_at, advance, travel]
     if scene is None or scene.contacts:
-        entries += [look, settle_points, strike_point, find_forces, pressed, until_closing]
+        entries += [look, settle_points, find_forces, pressed, until_closing]
         entries += of_points
     if scene is None or any(isinstance(entry, Collision) for entry in scene.contacts):
         entries += [touch_pairs, first_touch_of, crossings_of, *of_bodies]

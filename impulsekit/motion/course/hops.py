@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from ..gaps.resting import RestingContact
-from ..travel.meet import size_of_hop
 from .present import Present
 
 __all__ = ["Hop", "find_hops", "low_hops"]
@@ -22,6 +21,11 @@ class Hop(NamedTuple):
     gap: int
     duration: float
     height: float
+
+
+def size_of_hop(speed: float, pull: float) -> tuple[float, float]:
+    """How long [s] and how high [m] what opens at a speed hops, and is pulled back [m/s²]."""
+    return 2.0 * speed / pull, 0.5 * speed * speed / pull
 
 
 def find_hops(now: Present, struck: Iterable[int]) -> list[Hop]:

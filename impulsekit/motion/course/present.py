@@ -22,7 +22,6 @@ from ..record.status import MotionStatus
 from ..rest.contacts import NO_SLIP
 from ..rest.law import RestNotSolved
 from ..steps.steppers import StepFailed
-from ..travel.meet import FAINT
 from ..travel.mover import Mover
 
 __all__ = ["Present", "Stopped"]
@@ -33,6 +32,9 @@ HUGE = 1e100
 GROWN = 100.0
 # Accelerations that make no more than this [m/s], in a second or the whole of a motion, make none.
 NO_SPEED = 1e-10
+
+# A share of the largest speed that counts as zero.
+FAINT = 1e-12
 
 
 # So many meetings below the capture speed, none later than this [s] after the one before, are

@@ -10,18 +10,13 @@ import numpy as np
 
 from ...errors import ImpulsekitError
 from ...impact import Impact, ImpactSolver
-from ...impact.outcome import Outcome
 from ...impact.solver import solve_touching
 from ...laws.status import Status
 from ...laws.tolerances import RESIDUAL_LIMIT
-from ...scene import Contact, Scene
+from ...scene import Scene
 from ...scene.at_time import is_driven, scene_at
-from ...scene.contacts import turns
-from ...scene.friction import is_plain, static_friction
 from ...scene.kept import KeptByScene
-from ...scene.law import RESTITUTIONS
 from ..record.status import MotionStatus
-from .meetings import Met, strikes_plainly
 from .present import Present, Stopped
 
 __all__ = ["Striking"]
@@ -74,8 +69,6 @@ class Striking:
         for i in closing:
             now.note_meeting(i, soft=soft)
         entries = now.entries_of(taking_part)
-        if len(entries) == 1 and self._alone(next(iter(closing)), soft):
-            return
         solve = self._solver_of(soft)
         try:
             impact = solve(now.q, now.v, entries)
@@ -86,47 +79,6 @@ class Striking:
                 raise
             raise Stopped(MotionStatus.IMPACT_NOT_VALID, str(error)) from None
         self._accept(impact)
-
-    def _alone(self, gap: int, soft: bool) -> bool:
-        """Let one point meet a plane while nothing rests, by compiled code; whether it could."""
-        now = self._present
-        entry = now.entry_of(gap)
-        if now.mover is None or not self._plainly or not isinstance(entry, Contact):
-            return False
-        if not isinstance(entry.restitution, float) or turns(entry) or not is_plain(entry.friction):
-            return False
-        e = 0.0 if soft else entry.restitution
-        own = e, static_friction(entry.friction), entry.tangential_restitution
-        word = RESTITUTIONS.index(now.scene.law.restitution)
-        blow = now.mover.strike(gap, now.q, now.v, own, word)
-        if blow is None:
-            return False
-        q, v = now.q.copy(), now.v.copy()
-        part = np.arange(len(now.base)) == gap
-        self.note(Met(now.t, q, v, blow.dv, part, soft, blow))
-        now.strike(v + blow.dv)
-        return True
-
-    def note(self, met: Met) -> None:
-        """Note an impact that compiled code has solved; the motion is past it.
-
-        What else is told of it is worked out when somebody asks for it.
-        """
-        now = self._present
-        scene = self._soft if met.soft else self._later
-        owners = np.empty(0) if now.gaps is None else now.gaps.entries
-
-        def outcome() -> Outcome:
-            touching = set(owners[met.part].tolist())
-            return solve_touching(scene, met.q, met.v, touching).outcome or Outcome(
-                np.empty(0), None
-            )
-
-        now.impacts.append((met.t, Impact(scene, met.q, met.v, met.dv, outcome)))
-
-    @cached_property
-    def _plainly(self) -> bool:
-        return strikes_plainly(self._present.scene)
 
     @cached_property
     def _soft(self) -> Scene:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..course.meetings import Met, hold_of, ledger_of, met_in, rest_as, rules_of
+from ..course.meetings import hold_of, ledger_of
 from ..course.present import Present
 from ..events.crossing import Seen
 from ..record.path import Path
@@ -22,9 +22,8 @@ from .stretch import Stretch
 
 __all__ = ["MOST", "Stride", "Strides"]
 
-# So many steps are made at once at most; after so many events without time between them it is
-# looked whether there is an end to them.
-MOST, STILL = 64, 4
+# So many steps are made at once at most.
+MOST = 64
 
 
 @dataclass(frozen=True)
@@ -34,14 +33,12 @@ class Stride:
     Attributes:
         why: what ended them, as ``advance`` says it.
         count: how many they are, without the one in which something happens.
-        met: the impacts in them.
         seen: of ``HAPPENS`` what that is.
         last: of ``HAPPENS`` the output of that step, and its end [s].
     """
 
     why: int
     count: int
-    met: list[Met]
     seen: Seen = Seen(False, False)  # noqa: RUF009
     last: tuple[Output, float] | None = None
 
@@ -62,8 +59,7 @@ class Strides:
     ) -> None:
         self._now, self._mover, self._chart = now, mover, chart
         self._stepper, self._path = stepper, path
-        self._log, self._ledger = self._made_log(), ledger_of(now, MOST, MOST)
-        self._rules = rules_of(now, changes=bool(now.kinks))
+        self._log, self._ledger = self._made_log(), ledger_of(now, MOST)
         self._turning = chart.turning.astype(float)
         gaps = now.gaps
         self.known = mover.driven.is_constant and (gaps is None or bool(gaps.tabled.all()))
@@ -96,22 +92,16 @@ class Strides:
             reference=self._chart.reference.copy(), sliding=now.resting.sliding()
         )
         ledger = self._ledger
-        ledger.counts[:] = 0
-        impacts = min(len(ledger.times), now.settings.max_impacts - len(now.impacts))
         track, watched = self._track(until, deepest), mover.asked(now.base.copy())
         trip = Trip(
-            tableau(), work, watched, track, log, self._rules, hold, ledger, STILL,
-            *stepper.tolerances,
+            tableau(), work, watched, track, log, hold, ledger, *stepper.tolerances
         )  # fmt: skip
         work.before[:], work.slopes[0] = stepper.y, stepper.f
-        why, count, made, stops = travel(system, trip, impacts)
+        why, count, made, stops = travel(system, trip)
         mover.count(made)
         if count:
             stretch = Stretch(log, ledger, count, now.gaps, now.resting)
             self._path.extend(log.starts[:count].tolist(), stretch.piece)
-        met = met_in(ledger)
-        if met:
-            rest_as(now, hold)
         n = int(hold.number[0])
         now.resting.slip_as(hold.ways[:n])
         if count:
@@ -122,14 +112,14 @@ class Strides:
             self._chart.reference = system.reference
             stepper.go_on(now.t, work.before.copy(), work.slopes[0].copy(), track.clock)
         if why != HAPPENS:
-            return Stride(why, count, met)
+            return Stride(why, count)
         end = float(log.ends[count])
         start, length = float(log.starts[count]), float(log.lengths[count])
         last = Output(start, length, log.before[count].copy(), log.powers[count].copy())
         after = work.slopes[len(tableau().result)].copy()
         stepper.go_on(end, work.after.copy(), after, track.clock)
         seen = mover.seen(watched, float(track.clock[4]), stops)
-        return Stride(why, count, met, seen, (last, end))
+        return Stride(why, count, seen, (last, end))
 
     def _track(self, until: float, deepest: np.ndarray) -> Track:
         """Where the motion is, and how far it may go."""

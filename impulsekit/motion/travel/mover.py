@@ -7,12 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...geometry.point_table import PLANE
 from ..dynamics.accelerations import Dynamics
 from ..events.crossing import Crossing, Seen
 from ..events.look import Watched, look
 from ..forces.tables import Driven
-from ..rest.contacts import RestingContact
 from ..rest.settle import settle_points
 from ..steps.compiled import SOLVED, begin_steps, rates_at
 from ..steps.system import System, Work
@@ -20,7 +18,6 @@ from ..steps.tables import NO_POINTS, NOTHING_SLIDES, work_of
 from ..tree.chart import Chart
 from ..tree.of_model import room_of, tree_of
 from .advance import until_closing
-from .strike import Blow, room_for_blow, strike_point
 
 __all__ = ["Mover", "mover_of"]
 
@@ -146,26 +143,6 @@ class Mover:
         resting.slip_as(system.sliding.ways)
         self.note()
         return q, v, changed
-
-    def strike(
-        self,
-        gap: int,
-        q: np.ndarray,
-        v: np.ndarray,
-        coefficients: tuple[float, float, float],
-        restitution: int,
-    ) -> Blow | None:
-        """What a point does that meets a plane; None where ``strike_point`` can't tell."""
-        gaps = self._dynamics.gaps
-        strike_point.load()
-        if gaps is None or not gaps.tabled[gap] or not strike_point.is_compiled:
-            return None
-        table = gaps.table([RestingContact(gap, gap, 0.0, 0.0)])
-        if table is None or table.whole[0, 0] != PLANE:
-            return None
-        blow = room_for_blow(len(v), 1)
-        good = strike_point(self._system, table, q, v, coefficients, restitution, blow)
-        return blow if good else None
 
     def rates(self, t: float, y: np.ndarray) -> np.ndarray | None:
         """(2 nv,) ẏ at a time [s]; None where that is not known here."""

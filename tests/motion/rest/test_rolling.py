@@ -123,10 +123,6 @@ def test_it_bounces_and_comes_to_rest():
 
 
 def test_a_lone_point_that_strikes_resists_spin():
-    """Also where compiled code strikes lone points: it does not know of moments."""
-    from impulsekit.motion.travel.strike import strike_point
-
-    strike_point.load()
     floor = ik.Contact("ball", restitution=0.5, friction=0.3, torsion=2e-3)
     q = BALL.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
     scene = ik.Scene(BALL, contacts=[floor])
