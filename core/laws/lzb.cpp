@@ -11,7 +11,7 @@
 namespace impulsekit {
 namespace {
 
-constexpr int kMostSteps = 20000;
+constexpr int kMostSteps = 4000, kMostChanges = 400;
 // Error of a step, in units in which velocities and mobilities are of size 1.
 constexpr double kError = 1e-13;
 // A change of what a contact does is found to this.
@@ -310,7 +310,7 @@ class Waves {
     void run() {
         double h = 1e-3;
         std::vector<double> next;
-        int rejected = 0;
+        int rejected = 0, changes = 0;
         for (steps_ = 0; steps_ < kMostSteps; ++steps_) {
             rates(y_.data(), nullptr);
             if (is_over()) return;
@@ -325,7 +325,10 @@ class Waves {
             rejected = 0;
             double grown = error > 0.0 ? std::min(5.0, 0.9 * std::pow(error, -0.125)) : 5.0;
             int change = first_change(next);
-            if (change >= 0) shorten(h, next);
+            if (change >= 0) {
+                if (++changes > kMostChanges) break;
+                shorten(h, next);
+            }
             y_ = next;
             h = change >= 0 ? std::max(h, 1e-6) : h * grown;
             h = std::min(h, 1e3);

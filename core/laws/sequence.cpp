@@ -11,7 +11,7 @@
 namespace impulsekit {
 namespace {
 
-constexpr int kMostHits = 40000;
+constexpr int kMostHits = 10000;
 // After so many hits a steady ratio is looked for, and again each time there are half as many more.
 constexpr int kLong = 100;
 // An approach below this share of the first one is rounding that hits hand on [√J].

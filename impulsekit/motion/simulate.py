@@ -56,9 +56,9 @@ def simulate(
     ``stop_times``, at which a step ends and the next begins, or ``max_step``.
 
     Where friction jams a sliding contact (Painlevé), no finite force satisfies Coulomb's law: an
-    impact without collision stops the slip, listed in ``impacts`` with ``PAINLEVE_JAM``. An
+    impact without collision stops the slip, listed in ``impacts``. An
     impact that is not valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``;
-    ``detail`` gives the reason. If the law admits several v⁺ (``MANY_SOLUTIONS``), the motion
+    ``detail`` gives the reason. If the law admits several v⁺, the motion
     continues from the one that ``solve`` returns by the rule of ``impact.uniqueness``;
     ``Trajectory.several`` lists these impacts.
 

@@ -11,8 +11,6 @@ import numpy as np
 from ...errors import ImpulsekitError
 from ...impact import Impact, ImpactSolver
 from ...impact.solver import solve_touching
-from ...laws.status import Status
-from ...laws.tolerances import RESIDUAL_LIMIT
 from ...scene import Scene
 from ...scene.at_time import is_driven, scene_at
 from ...scene.kept import KeptByScene
@@ -201,11 +199,5 @@ _soft_scenes = KeptByScene(_without_restitution)
 
 
 def _can_be_followed(impact: Impact) -> bool:
-    """Whether a motion goes on from the v⁺ shown.
-
-    Where the law leaves several open it follows the one that the law's rule shows, without a
-    search for the others; the status of the impact tells of them.
-    """
-    status = impact.status
-    several = status is Status.MANY_SOLUTIONS and impact.residuals.largest <= RESIDUAL_LIMIT
-    return status.valid or several
+    """Whether a motion goes on from v⁺; where the law leaves several open, from the one shown."""
+    return impact.status.valid

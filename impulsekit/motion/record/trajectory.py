@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from ...display import one_line
 from ...impact import Impact
 from ...impact.named import ByName
-from ...laws.status import Status
 from ...scene import Scene
 from . import histories
 from .sampled import SampledMotion
@@ -53,7 +52,7 @@ class Trajectory(SampledMotion):
         The motion is one of those that the law allows; computed on first access, from
         ``Impact.uniqueness``.
         """
-        return tuple(hit for hit in self.impacts if hit[1].status is Status.MANY_SOLUTIONS)
+        return tuple(hit for hit in self.impacts if hit[1].uniqueness.several)
 
     @cached_property
     def contacts(self) -> ByName[ContactHistory]:
