@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["impacts_of", "packed_impacts"]
 
-_OUTCOME = ("constraint_impulses", "unique")
+_OUTCOME = ("constraint_impulses", "unique", "residuals")
 _TOUCH = ("axes", "jacobian", "position")
 _SOLUTION = tuple(
     item.name
@@ -116,7 +116,7 @@ def impacts_of(
         v, dv = (take(entry[name], robot.nv) for name in ("v_before", "dv"))
         outcome = None
         if "outcome" in entry:
-            forces, unique = (take(entry["outcome"][name], None) for name in _OUTCOME)
+            forces, unique, residuals = (take(entry["outcome"][name], None) for name in _OUTCOME)
             touches = tuple(
                 Touch(
                     index(touch["entry"], len(scene.contacts)),
@@ -153,7 +153,8 @@ def impacts_of(
                     **arrays,
                 )
             unique = None if unique is None else unique != 0.0
-            outcome = Outcome(forces, unique, touches, solution)
+            left = (0.0, 0.0, 0.0) if residuals is None else tuple(residuals.tolist())
+            outcome = Outcome(forces, unique, touches, solution, residuals=left)
         own_scene = scene if entry["struck"] is True else without_impulses
         found.append((float(entry["time"]), Impact(own_scene, q, v, dv, outcome)))
     return tuple(found)
