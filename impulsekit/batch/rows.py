@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..impact.yielding import own_stops
 from ..robot import Robot
+from ..rows.bodies import bodies_of
 from ..rows.entries import FramePair, FunctionRows, Site, frame_pair, rows_of_entry
 from ..rows.faint import faintest_mobility
 from ..scene import Collision, Contact, JointStop, Scene
@@ -251,7 +252,7 @@ class RowMaker:
         ends = (body, 0, centre, meeting + 1), (other, 0, ball.translation, meeting)
         rows = _terms(ends, [(False, ball.sign * along) for along in np.eye(3)], meeting)
         numbers = np.zeros(CONTACT_FLOATS)
-        numbers[9] = entry.margin
+        numbers[9] = bodies_of(self._robot, entry).margin
         return rows, -1, meeting, numbers
 
 

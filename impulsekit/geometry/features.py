@@ -151,10 +151,10 @@ def touching_at(
 
     Returns:
         (3,) the normal from b to a, and the points, from an origin at the second one: the ends of
-        the part of the surfaces that is within the margin of where they touch first. One normal
-        serves all of them and they lie in one plane: those of faces that are flat on each other
-        but for 1e-6 m would make rows that depend on each other but for as little, and ask for
-        what cannot be.
+        the part of the surfaces that is within the margin of the other body, or inside it. One
+        normal serves all of them and they lie in one plane: those of faces that are flat on each
+        other but for the margin would make rows that depend on each other but for as little, and
+        ask for what cannot be.
     """
     one, two = places_about_second(place_a, place_b)
     normal, features, numbers = touch(_Solid.of(a), one, _Solid.of(b), two, margin)
@@ -191,14 +191,16 @@ def touch(
         return normal, np.zeros((0, 5), np.int64), np.zeros((0, 4))
     one, lowest, size = _place(a, place_a, n, -1.0)
     two, highest, other = _place(b, place_b, n, 1.0)
-    near = margin + ROUNDING * max(size, other)
-    for placed, level, sign in ((one, lowest, 1.0), (two, highest, -1.0)):
+    rounding = ROUNDING * max(size, other)
+    # Of each body what touches is in the half that looks to the other.
+    for placed, level, sign, thick in ((one, lowest, 1.0, size), (two, highest, -1.0, other)):
+        near = min(margin - gap, 0.5 * thick) + rounding
         for i in range(len(placed.vertices)):
             placed.near[i] = sign * (dot(row_of(placed.vertices, i), n) - level) <= near
     most = len(one.vertices) + len(two.vertices) + _edges_near(one) * _edges_near(two)
     found = _Found(
         np.zeros(1, np.int64), np.zeros((most, 5), np.int64), np.zeros((most, 4)),
-        gap - near, margin,
+        gap - margin - rounding, margin,
     )  # fmt: skip
     _take_corners(found, 0, one, two, n)
     _take_corners(found, 1, two, one, (-x, -y, -z))

@@ -1,7 +1,7 @@
 """The points at which two convex shapes touch, given how far they are apart and along what.
 
-Of each shape that part of the surface touches which is within the margin of what reaches
-furthest: a point, a segment (an edge, the side of a cylinder or a capsule), a polygon or the
+Of each shape that part of the surface touches which is within the margin of the other's, or
+inside it: a point, a segment (an edge, the side of a cylinder or a capsule), a polygon or the
 disc of a rim. Seen along the normal two such parts overlap, and the points of contact are the
 ends of the overlap:
 
@@ -46,13 +46,15 @@ class _Part:
         corners: (k, 2) of a point, a segment or a polygon against the clock; or the middle of a
             disc [m].
         radius: of the disc, else 0 [m].
-        level, slope: height along the normal at a place x: level + slope·x [m].
+        levels: (k,) heights of the corners along the normal [m].
+        level, slope: height at a place x between them: level + slope·x [m].
         round: how far a segment is from the line it is parallel to all around [m].
         across: (2,) where the first point of a rim is, not of unit length.
     """
 
     corners: np.ndarray
     radius: float
+    levels: np.ndarray
     level: float
     slope: np.ndarray
     round: float
@@ -65,6 +67,9 @@ class _Part:
 
     def height(self, place: np.ndarray) -> float:
         """At a place (2,) [m]."""
+        away = np.abs(self.corners - place).max(axis=1)
+        if away.min() <= ONE_POINT:
+            return float(self.levels[away.argmin()])
         return self.level + float(self.slope.dot(place))
 
 
@@ -86,7 +91,7 @@ def touching_patch(
     spots = np.concatenate((a.points, a.centres))
     if isinstance(b, Convex):
         spots = np.concatenate((spots, b.points, b.centres))
-    near = min(margin, margin - gap) + ROUNDING * float(np.ptp(spots, axis=0).max())
+    near = margin - gap + ROUNDING * float(np.ptp(spots, axis=0).max())
     part_a = _part(a, -normal, frame, normal, near)
     below = -float(a.support(-normal[None, :])[0])
     if isinstance(b, Convex):
@@ -112,7 +117,9 @@ def _below(shape: Convex, frame: np.ndarray, height: float) -> _Part:
     reach = 1.0 + shape.radius + float(shape.radii.sum())
     (x, y), (z, w) = spots.min(axis=0) - reach, spots.max(axis=0) + reach
     corners = np.array(((x, y), (z, y), (z, w), (x, w)))
-    return _Part(corners, 0.0, height, np.zeros(2), 0.0, frame.dot(shape.across))
+    return _Part(
+        corners, 0.0, np.full(4, height), height, np.zeros(2), 0.0, frame.dot(shape.across)
+    )
 
 
 def _across(normal: np.ndarray) -> np.ndarray:
@@ -123,7 +130,11 @@ def _across(normal: np.ndarray) -> np.ndarray:
 def _part(
     shape: Convex, way: np.ndarray, frame: np.ndarray, normal: np.ndarray, near: float
 ) -> _Part:
-    """What of a shape is within ``near`` of what reaches furthest along ``way`` [m]."""
+    """What of a shape is within ``near`` of what reaches furthest along ``way`` [m].
+
+    What touches is in the half that looks to the other shape.
+    """
+    near = min(near, 0.5 * float(shape.support(np.array((way, -way))).sum()))
     out = way - way.dot(shape.axis) * shape.axis
     sine = float(np.sqrt(out.dot(out)))
     heights = [float(p.dot(way)) for p in shape.points]
@@ -140,8 +151,9 @@ def _part(
             upright = shape.axis if shape.axis.dot(normal) > 0.0 else -shape.axis
             slope = -frame.dot(upright) / float(upright.dot(normal))
             spot = frame.dot(middle)
-            level = float(middle.dot(normal)) - float(slope.dot(spot))
-            return _Part(spot[None, :], r, level, slope, 0.0, across)
+            height = float(middle.dot(normal))
+            level = height - float(slope.dot(spot))
+            return _Part(spot[None, :], r, np.array([height]), level, slope, 0.0, across)
     rim = out / sine if sine > 0.0 else out
     tips = np.array(
         [
@@ -161,7 +173,8 @@ def _part(
         along = spots[1] - spots[0]
         square = float(along.dot(along))
         slope = (levels[1] - levels[0]) / square * along if square > 0.0 else slope
-    return _Part(spots, 0.0, float(levels[0] - slope.dot(spots[0])), slope, around, across)
+    level = float(levels[0] - slope.dot(spots[0]))
+    return _Part(spots, 0.0, levels, level, slope, around, across)
 
 
 def _polygon(
@@ -183,7 +196,7 @@ def _polygon(
     inside = shape.ways - np.outer(shape.ways.dot(way), way)
     lies = np.flatnonzero(np.linalg.norm(inside, axis=1) > 1.0 - SLIVER)
     across = shape.ways[lies[0]] if len(lies) else shape.across
-    return _Part(spots[order], 0.0, level, slope, around, frame.dot(across))
+    return _Part(spots[order], 0.0, levels[order], level, slope, around, frame.dot(across))
 
 
 def _overlap(a: _Part, b: _Part, rise: float) -> list[tuple[np.ndarray, float]]:

@@ -69,6 +69,12 @@ def _long_levers(scene: Scene) -> Iterator[str]:
 
 def _of_contacts(scene: Scene, gaps: tuple[ContactGap, ...]) -> Iterator[str]:
     for entry, item in zip(scene.contacts, gaps, strict=True):
+        if item.left_out and scene.gap_bound < np.inf:
+            more = "1 more point is" if item.left_out == 1 else f"{item.left_out} more points are"
+            yield (
+                f"{item.name}: {more} close by and left out, beyond the margin of the Collision; "
+                "a larger one lets them touch"
+            )
         if not item.touching or abs(item.gap) <= scene.gap_bound:
             continue
         size = f"{abs(item.gap):.3g} {'rad' if item.angular else 'm'}"

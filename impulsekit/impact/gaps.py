@@ -28,6 +28,8 @@ class ContactGap:
         closing_speed: how fast the gap gets smaller [m/s, rad/s].
         touching: whether ``solve`` counts it as touching: a ``Contact`` whatever its gap.
         angular: whether it is an angle.
+        left_out: how many more points of two bodies that touch are close by: further apart than
+            the margin, by no more than 1e-3 of the smaller body's size.
     """
 
     name: str
@@ -35,6 +37,7 @@ class ContactGap:
     closing_speed: float
     touching: bool
     angular: bool = False
+    left_out: int = 0
 
 
 @dataclass(frozen=True)
@@ -120,19 +123,21 @@ def _before_stop(posture: Posture[Robot], entry: JointStop, name: str) -> Contac
 
 
 def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> ContactGap:
-    from ..geometry.collision import solids_of
-    from ..robot.geometry import geometry_ids
+    from ..geometry.collision import meeting_points
+    from ..rows.bodies import CLOSE_BY, bodies_of
 
-    robot = posture.robot
-    bodies, joint_ids = [], []
-    for body in (entry.first, entry.other):
-        ids, joint_id = geometry_ids(robot, body)
-        place = posture.joint(joint_id)
-        bodies.append([(solid, place * own) for solid, own in solids_of(robot, ids)])
-        joint_ids.append(joint_id)
-    gap, points = nearest_points(bodies[0], bodies[1], entry.margin)
-    speed = _closing_speed(posture, points, joint_ids[0], joint_ids[1])
-    return ContactGap(name, gap, speed, touching=gap <= entry.margin)
+    bodies = bodies_of(posture.robot, entry)
+    first, other = (
+        [(solid, posture.joint(joint_id) * own) for solid, own in pieces]
+        for pieces, joint_id in zip(bodies.pieces, bodies.joint_ids, strict=True)
+    )
+    gap, points = nearest_points(first, other, bodies.margin)
+    speed = _closing_speed(posture, points, *bodies.joint_ids)
+    touching, left_out = gap <= bodies.margin, 0
+    if touching:
+        close = meeting_points(first, other, bodies.margin + CLOSE_BY * bodies.size)
+        left_out = sum(point.gap > bodies.margin for point in close)
+    return ContactGap(name, gap, speed, touching, left_out=left_out)
 
 
 def _closing_speed(posture: Posture[Robot], points: Any, first: int, other: int) -> float:

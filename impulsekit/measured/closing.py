@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..motion.dynamics.accelerations import Dynamics
+from ..rows.bodies import bodies_of
 from ..rows.contacts import ContactRows, Touch
 from ..rows.reach import reached_model
 from ..scene import Collision, Scene
@@ -53,7 +54,7 @@ class ClosingContacts:
         own = scene.robot.model
         reached = reached_model(own, range(1, own.njoints), keep_places=True)
         self._margins = {
-            k: entry.margin
+            k: bodies_of(scene.robot, entry).margin
             for k, entry in enumerate(scene.contacts)
             if isinstance(entry, Collision)
         }

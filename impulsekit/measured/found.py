@@ -11,6 +11,7 @@ import numpy as np
 
 from ..design.fit import Measurement
 from ..display import OneLine, one_line
+from ..rows.bodies import bodies_of
 from ..scene import Collision, Scene
 from .touching import at_touch
 
@@ -117,7 +118,7 @@ def only_contacts(
             continue
         own = replace(entry, name=name)
         if isinstance(own, Collision):
-            own = replace(own, margin=max(own.margin, wider[name]))
+            own = replace(own, margin=max(bodies_of(scene.robot, own).margin, wider[name]))
         kept.append(own)
     return replace(scene, impulses=(), contacts=kept)
 

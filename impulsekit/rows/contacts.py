@@ -267,36 +267,28 @@ class _Colliding:
     needs_places = True
 
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
-        from ..geometry.collision import solids_of
-        from ..robot.geometry import geometry_ids
+        from .bodies import bodies_of
 
-        objects = robot.collision_model.geometryObjects
-        pieces = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
-        frame_ids = (objects[pieces[0][0]].parentFrame, objects[pieces[1][0]].parentFrame)
-        frames = robot.model.frames
-        self._index, self._frame_ids = index, frame_ids
-        self._joint_ids = (frames[frame_ids[0]].parentJoint, frames[frame_ids[1]].parentJoint)
-        first, other = self._joint_ids
+        self._index, self._bodies = index, bodies_of(robot, entry)
+        first, other = self._bodies.joint_ids
         self._reached_ids = (reached.joint_id(first), reached.joint_id(other))
-        self._margin = entry.margin
-        self._pieces = [solids_of(robot, ids) for ids in pieces]
 
     def touch(self, touches: list[Touch], model: pin.Model, data: pin.Data, q: np.ndarray) -> None:
         from ..geometry.collision import meeting_points
 
         first, other = (
             [(solid, data.oMi[joint_id] * placement) for solid, placement in pieces]
-            for pieces, joint_id in zip(self._pieces, self._reached_ids, strict=True)
+            for pieces, joint_id in zip(self._bodies.pieces, self._reached_ids, strict=True)
         )
-        for point in meeting_points(first, other, self._margin):
+        for point in meeting_points(first, other, self._bodies.margin):
             axes = contact_axes(point.normal)
             rows = rows_at(model, data, self._reached_ids, point.position, axes)
             touches.append(
                 Touch(
                     self._index,
                     axes,
-                    self._joint_ids,
-                    self._frame_ids,
+                    self._bodies.joint_ids,
+                    self._bodies.frame_ids,
                     rows,
                     point.position,
                     point.gap,

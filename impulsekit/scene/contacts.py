@@ -191,14 +191,17 @@ class JointStop(InJoint):
 class Collision(Acting):
     """A possible contact of two links, or of two pieces of collision geometry.
 
-    Points, normals and gaps come from coal at the configuration of the impact; flat
+    Points, normals and gaps come from the geometry at the configuration of the impact; flat
     pairs touch in several points. A mesh counts as its convex hull. The normal points
     from ``other`` to ``first``, the impulse is the one that ``first`` receives.
 
     Attributes:
         first, other: links (all their geometry) or single geometry objects by name.
         restitution, friction, tangential_restitution: as for ``Contact``, for every point.
-        margin: gaps up to this count as touching [m].
+        margin: every corner of a flat pair whose gap is no more than this touches [m], whatever the
+            depth of others; None for 1e-4 of the diameter of a ball around the smaller body, to
+            which meshes of flat faces are flat. More of them close by are told in
+            ``Impact.doubts``.
         name: its name in results; by default its index in the scene.
         stiffness: as for ``Contact``, of each point.
         rolling, torsion: as for ``Contact`` [m], at every point.
@@ -207,8 +210,8 @@ class Collision(Acting):
         InputError, NotFiniteError, RangeError.
 
     Example:
-        >>> Collision("ball/ball", "arm/hand", restitution=0.8, friction=0.3).margin
-        1e-06
+        >>> Collision("ball/ball", "arm/hand", restitution=0.8, friction=0.3, margin=1e-5).margin
+        1e-05
     """
 
     first: str
@@ -216,7 +219,7 @@ class Collision(Acting):
     restitution: float | Callable[[float], float] | Literal["material"] = 0.0
     friction: Friction | Literal["material"] = 0.0
     tangential_restitution: float = 0.0
-    margin: float = 1e-6
+    margin: float | None = None
     name: str | None = None
     stiffness: float | None = None
     rolling: float = 0.0
@@ -229,7 +232,7 @@ class Collision(Acting):
         what = f'Collision of "{self.first}" and "{self.other}"'
         if self.first == self.other:
             raise InputError(f"{what}: a body does not collide with itself")
-        keep(self, what, between(0.0, 1.0, "0 to 1 m"), "margin")
+        keep(self, what, optional(between(0.0, 1.0, "0 to 1 m")), "margin")
         _check_coefficients(self, what)
         keep_table(self, _by_table)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,6 @@ import pinocchio as pin
 from ..._core import Scene as CoreScene
 from ..._core import StateRows
 from ...errors import InputError
-from ...robot import Robot
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
 from ...scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ...scene.at_time import scene_at
@@ -21,6 +20,9 @@ from ...scene.contacts import turns
 from ...scene.friction import EllipticFriction
 from ...scene.function_rows import FunctionRows
 from .model import FlatModel, flat_model
+
+if TYPE_CHECKING:
+    from ...rows.bodies import Bodies
 
 __all__ = ["FlatScene", "flat_scene", "place_numbers"]
 
@@ -233,24 +235,25 @@ class _Flattening:
 
     def _touch_bodies(self, entry: Collision, index: int) -> None:
         from ...robot.geometry import geometry_ids
+        from ...rows.bodies import bodies_of
 
         robot, objects = self._robot, self._robot.collision_model.geometryObjects
         ids = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
-        pieces = [objects[own[0]] for own in ids]
+        pieces, bodies = [objects[own[0]] for own in ids], bodies_of(robot, entry)
         ball = _ball_of(pieces) if len(ids[0]) == len(ids[1]) == 1 else None
-        frames = [robot.model.frames[piece.parentFrame] for piece in pieces]
         if ball is None:
-            joints = [frame.parentJoint for frame in frames]
-            one, two = ((self._model.bodies[joint], np.eye(4, 3).ravel()) for joint in joints)
-            self._core.touch_bodies(one, two, entry.margin, turns(entry), None)
-            self._meetings.append((index, _finder(robot, ids, joints, entry.margin)))
+            one, two = (
+                (self._model.bodies[joint], np.eye(4, 3).ravel()) for joint in bodies.joint_ids
+            )
+            self._core.touch_bodies(one, two, bodies.margin, turns(entry), None)
+            self._meetings.append((index, _finder(bodies)))
         else:
             one, two = (
                 (self._model.bodies[piece.parentJoint], place_numbers(piece.placement))
                 for piece in (pieces if ball[3] > 0.0 else pieces[::-1])
             )
-            self._core.touch_bodies(one, two, entry.margin, turns(entry), ball)
-        self._rub(entry, frames[1])
+            self._core.touch_bodies(one, two, bodies.margin, turns(entry), ball)
+        self._rub(entry, robot.model.frames[bodies.frame_ids[1]])
 
 
 def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | None:
@@ -277,19 +280,15 @@ def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | No
     return kind, float(ball.geometry.radius), np.array(size), sign
 
 
-def _finder(
-    robot: Robot, ids: Sequence[Sequence[int]], joints: Sequence[int], margin: float
-) -> Callable[[Callable[[int], pin.SE3]], list[Any]]:
+def _finder(bodies: Bodies) -> Callable[[Callable[[int], pin.SE3]], list[Any]]:
     """What finds the points of two bodies, given placements of joints."""
-    from ...geometry.collision import meeting_points, solids_of
-
-    solids = [solids_of(robot, own) for own in ids]
+    from ...geometry.collision import meeting_points
 
     def points_at(placement_of: Callable[[int], pin.SE3]) -> list[Any]:
         first, other = (
             [(solid, placement_of(joint) * placement) for solid, placement in own]
-            for own, joint in zip(solids, joints, strict=True)
+            for own, joint in zip(bodies.pieces, bodies.joint_ids, strict=True)
         )
-        return list(meeting_points(first, other, margin))
+        return list(meeting_points(first, other, bodies.margin))
 
     return points_at

@@ -16,7 +16,6 @@ from ...geometry.collision import (
     gap_and_normal,
     is_exact,
     meeting_points,
-    solids_of,
 )
 from ...geometry.features import CornerOnFace, EdgesCross, TipOnFace
 from ...geometry.held_pieces import (
@@ -40,7 +39,7 @@ from ...geometry.point_table import Kinematics, TableRow, table_of
 from ...geometry.polyhedron import Polyhedron, can_be_separated, separation_at
 from ...geometry.support import Shape, support_of
 from ...robot import Robot
-from ...robot.geometry import geometry_ids
+from ...rows.bodies import ball_around, bodies_of
 from ...rows.ellipses import ellipse_of
 from ...rows.faint import rows_at
 from ...rows.reach import ReachedModel
@@ -99,14 +98,11 @@ class CollidingGap:
     def __init__(self, robot: Robot, reached: ReachedModel, entry: Collision, index: int) -> None:
         self.entry, self.friction = index, friction_at_rest(entry.friction)
         self._model = reached.model
-        self._pieces: list[Solids] = []
-        joint_ids = []
-        for name in (entry.first, entry.other):
-            ids, joint_id = geometry_ids(robot, name)
-            self._pieces.append(solids_of(robot, ids))
-            joint_ids.append(reached.joint_id(joint_id))
-        self.joint_ids = (joint_ids[0], joint_ids[1])
-        self._reaches = [_reach(pieces) for pieces in self._pieces]
+        bodies = bodies_of(robot, entry)
+        self._pieces = bodies.pieces
+        first, other = bodies.joint_ids
+        self.joint_ids = (reached.joint_id(first), reached.joint_id(other))
+        self._reaches = [ball_around(pieces) for pieces in self._pieces]
         self._shifted: pin.Data | None = None
         self._polyhedra = [polyhedra_in_joint(pieces) for pieces in self._pieces]
         self.has_corners = all(
@@ -129,7 +125,7 @@ class CollidingGap:
         self._has_features = any(have_features(a, b) for a, b in shapes)
         # Hops lower than what can be told are none.
         self.exact = all(is_exact(a, b) for a, _ in self._pieces[0] for b, _ in self._pieces[1])
-        self._margin = NEAR_BY if self.exact else max(entry.margin, RESTING)
+        self._margin = NEAR_BY if self.exact else max(bodies.margin, RESTING)
         if self.has_corners:
             self._margin = TOUCHING
         self.rest_speed = RISING if self.exact else 0.0
@@ -358,14 +354,3 @@ class CollidingGap:
         if not spots:
             return np.empty((0, self._model.nv))
         return np.vstack([rows_at(self._model, data, self.joint_ids, *spot) for spot in spots])
-
-
-def _reach(pieces: Solids) -> tuple[np.ndarray, float]:
-    """A ball around all pieces of a body, in its joint's frame: centre [m] and radius [m]."""
-    balls = []
-    for solid, placement in pieces:
-        shape = solid.geometry
-        shape.computeLocalAABB()
-        balls.append((placement.act(np.array(shape.aabb_center)), float(shape.aabb_radius)))
-    centre = np.mean([middle for middle, _ in balls], axis=0)
-    return centre, max(float(np.linalg.norm(middle - centre)) + r for middle, r in balls)
