@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
-from impulsekit.bench.urdf import one_body
+from benchmarks.urdf import one_body
 
 __all__ = ["STRUCK", "one_body", "random_blow", "random_state", "relative"]
 

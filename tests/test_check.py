@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.checking import Check, system
 from impulsekit.cli import main
 from impulsekit.errors import InputError, RangeError, UnknownNameError

@@ -12,9 +12,7 @@ import impulsekit
 
 ROOT = pathlib.Path(__file__).parents[1]
 MODULES = sorted(
-    module.name
-    for module in pkgutil.walk_packages(impulsekit.__path__, "impulsekit.")
-    if not module.name.startswith("impulsekit.bench")
+    module.name for module in pkgutil.walk_packages(impulsekit.__path__, "impulsekit.")
 )
 
 

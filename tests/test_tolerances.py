@@ -13,8 +13,6 @@ ROOMS = sorted(path.name for path in PACKAGE.iterdir() if (path / "__init__.py")
 SMALL, LARGE = 1e-2, 1e7
 # What formulas are made of.
 OF_FORMULAS = (0.0, 0.5, 1.0, 2.0, 3.0)
-# The benchmark's problems and peers have sizes of their own.
-JUDGED = [room for room in ROOMS if room != "bench"]
 
 
 def value_of(node):
@@ -115,7 +113,7 @@ def test_thresholds_have_names(room):
     assert not found
 
 
-@pytest.mark.parametrize("room", JUDGED)
+@pytest.mark.parametrize("room", ROOMS)
 def test_thresholds_stand_once(room):
     """No two modules of a room have a threshold of one name: it is in one place, or two things."""
     values, where = defaultdict(set), defaultdict(list)

@@ -12,7 +12,6 @@ from .. import __version__
 from ..errors import AssumptionWarning, ImpulsekitError, SetupWarning, shown
 from ..files import reason_of
 from .batch import batch
-from .bench import bench
 from .design import design
 from .doctor import doctor
 from .exits import BAD_INPUT, INTERRUPTED, OWN_FAULT
@@ -24,7 +23,6 @@ from .replay import replay
 from .robots import robots
 from .simulate import simulate
 from .solve import solve
-from .stress import stress
 from .warm_up import warm_up
 
 __all__ = ["main"]
@@ -35,7 +33,6 @@ SECTIONS = {
     "Solve": ("solve", "simulate", "replay"),
     "Many states": ("batch",),
     "Design and fit": ("design", "fit", "identify"),
-    "Measure impulsekit": ("bench", "stress"),
 }
 
 
@@ -123,8 +120,6 @@ for command in (
     design,
     fit,
     identify,
-    bench,
-    stress,
     robots,
     inspect,
     doctor,

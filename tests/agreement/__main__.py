@@ -15,8 +15,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 
 import numpy as np
 
-from impulsekit.bench.about import about
-from impulsekit.bench.stress.bodies import random_state
+from benchmarks.about import about
+from benchmarks.stress.bodies import random_state
 from impulsekit.robot.examples import example_names
 
 from .agreement import BAR, KINDS, agreement, loaded_robot, random_scene

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.truths.digits import velocity_after
 from impulsekit.batch.solve import solve_batch
-from impulsekit.bench.truths.digits import velocity_after
 from impulsekit.errors import SingularMassError, UrdfError
 from impulsekit.impact import solve
 from impulsekit.laws.status import Status

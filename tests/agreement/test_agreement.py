@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.stress.bodies import random_state
 from impulsekit import Robot
-from impulsekit.bench.stress.bodies import random_state
 from tests.agreement.agreement import agreement, all_robots, random_scene
 
 pytest.importorskip("numba")

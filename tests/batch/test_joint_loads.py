@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.jobs import falling_talos
+from benchmarks.jobs import falling_talos
 from tests.reference.models import mass_matrix
 
 from ..robots import one_body, relative

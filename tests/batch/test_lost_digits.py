@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from benchmarks.truths.digits import velocity_after
 from impulsekit.batch.result import OUTPUTS
 from impulsekit.batch.solve import solve_batch
-from impulsekit.bench.truths.digits import velocity_after
 from impulsekit.laws.status import Status
 from tests.batch.compare import random_states
 from tests.reference.models import mass_matrix

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.truths.planar import planar_impulses
+from benchmarks.truths.planar import planar_impulses
 from impulsekit.laws.status import Status
 from tests.batch.compare import random_states, worst_difference
 

@@ -6,8 +6,8 @@ import json
 import sys
 from typing import Any
 
-from impulsekit.bench.problems.kept import FOLDER, digest, kept, path_of
-from impulsekit.bench.problems.registry import problems
+from benchmarks.problems.kept import FOLDER, digest, kept, path_of
+from benchmarks.problems.registry import problems
 
 __all__ = ["decimals", "main"]
 

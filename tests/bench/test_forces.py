@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.bench import forces, forces_exudyn
+from benchmarks import forces, forces_exudyn
 
 
 @pytest.mark.parametrize("name", ["ball", "Panda"])

@@ -8,13 +8,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit.bench.methods import crocoddyl, penalty
-from impulsekit.bench.methods.mechanism import mechanism_of
-from impulsekit.bench.methods.method import Method
-from impulsekit.bench.methods.restitution import damping_ratio, restitution_of
-from impulsekit.bench.problems.problem import Problem
-from impulsekit.bench.problems.registry import problems
-from impulsekit.bench.timing import TimesItself, time_in_turn
+from benchmarks.methods import crocoddyl, penalty
+from benchmarks.methods.mechanism import mechanism_of
+from benchmarks.methods.method import Method
+from benchmarks.methods.restitution import damping_ratio, restitution_of
+from benchmarks.problems.problem import Problem
+from benchmarks.problems.registry import problems
+from benchmarks.timing import TimesItself, time_in_turn
 from impulsekit.errors import ImpulsekitError
 from impulsekit.impact import solve
 from impulsekit.robot import Robot
@@ -138,14 +138,14 @@ def test_equal_springs_are_no_cradle_however_stiff():
 @pytest.mark.parametrize("way", ["mass matrix", "forward", "batch"])
 def test_mujoco_gives_the_jump_of_a_known_blow(way, problem):
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco
+    from benchmarks.methods import mujoco
 
     assert errors(of(mujoco.METHODS, f"mujoco, {way}"), problem) < problem.tolerance
 
 
 def test_a_step_of_mujoco_is_off_by_its_length():
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco
+    from benchmarks.methods import mujoco
 
     long, short = errors(of(mujoco.METHODS, "mujoco, one step"), some("struck robot")[0])
     assert long / short == pytest.approx(1000, rel=0.1)
@@ -153,7 +153,7 @@ def test_a_step_of_mujoco_is_off_by_its_length():
 
 def test_mujocos_soft_contacts_come_nearer_with_their_steps():
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco
+    from benchmarks.methods import mujoco
 
     found = errors(of(mujoco.METHODS, "mujoco, soft contacts"), smooth_rod())
     assert (found[:-1] / found[1:] > 5).all()
@@ -162,7 +162,7 @@ def test_mujocos_soft_contacts_come_nearer_with_their_steps():
 
 def test_mujocos_soft_contacts_stick_but_lift_what_slides():
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco
+    from benchmarks.methods import mujoco
 
     soft = of(mujoco.METHODS, "mujoco, soft contacts")
     assert errors(soft, some("rocking block")[0])[-1] < 1e-5
@@ -173,7 +173,7 @@ def test_mujocos_soft_contacts_stick_but_lift_what_slides():
 @pytest.mark.parametrize("problem", some(*BLOWS), ids=lambda p: p.name)
 def test_exudyn_gives_the_jump_of_a_known_blow(problem):
     pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import exudyn
+    from benchmarks.methods import exudyn
 
     assert errors(of(exudyn.METHODS, "exudyn, mass matrix"), problem) < problem.tolerance
     assert errors(of(exudyn.METHODS, "exudyn, one step"), problem) < 1e-5
@@ -182,7 +182,7 @@ def test_exudyn_gives_the_jump_of_a_known_blow(problem):
 @pytest.mark.parametrize("problem", some("held robot", "closed chain"), ids=lambda p: p.name)
 def test_mujocos_soft_holds_are_off_by_how_long_they_take(problem):
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco
+    from benchmarks.methods import mujoco
 
     assert errors(of(mujoco.METHODS, "mujoco, soft contacts")[:1], problem) < 1e-5
 
@@ -190,7 +190,7 @@ def test_mujocos_soft_holds_are_off_by_how_long_they_take(problem):
 @pytest.mark.parametrize("family", ["swing", "flight"])
 def test_mujocos_motions_are_of_the_order_of_its_integrators(family):
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco
+    from benchmarks.methods import mujoco
 
     problem = some(family)[-1]
     euler = errors(of(mujoco.METHODS, "mujoco, Euler"), problem)
@@ -202,7 +202,7 @@ def test_mujocos_motions_are_of_the_order_of_its_integrators(family):
 
 def test_mujocos_soft_contact_leaves_an_error_at_any_step():
     pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import mujoco, own
+    from benchmarks.methods import mujoco, own
 
     problem = some("sliding block")[-1]
     theirs = errors(of(mujoco.METHODS, "mujoco, contact, Euler")[:3], problem)
@@ -212,7 +212,7 @@ def test_mujocos_soft_contact_leaves_an_error_at_any_step():
 
 def test_exudyns_motions_are_of_the_order_of_its_solvers():
     pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import exudyn
+    from benchmarks.methods import exudyn
 
     problem = some("swing")[-1]
     implicit = errors(of(exudyn.METHODS, "exudyn, generalized alpha"), problem)
@@ -242,7 +242,7 @@ def smooth_rod(e=0.5, angle=1.0):
 
 def test_exudyns_contacts_come_nearer_as_the_root_of_the_stiffness():
     pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
-    from impulsekit.bench.methods import exudyn
+    from benchmarks.methods import exudyn
 
     contacts = of(exudyn.METHODS, "exudyn, contacts")
     softer, stiffer = errors([contacts[0], contacts[2]], smooth_rod())

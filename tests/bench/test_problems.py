@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.problems import kept
-from impulsekit.bench.problems.chains import chain_problem, pendulum_problem
-from impulsekit.bench.problems.motions import swings
-from impulsekit.bench.problems.registry import FAMILIES, problems
-from impulsekit.bench.problems.trees import random_tree_urdf, tree_problem
-from impulsekit.bench.truths.flight import extrapolated, state_after_flight
-from impulsekit.bench.truths.numbers import truth_numbers
-from impulsekit.bench.truths.planar import planar_impulses
+from benchmarks.problems import kept
+from benchmarks.problems.chains import chain_problem, pendulum_problem
+from benchmarks.problems.motions import swings
+from benchmarks.problems.registry import FAMILIES, problems
+from benchmarks.problems.trees import random_tree_urdf, tree_problem
+from benchmarks.truths.flight import extrapolated, state_after_flight
+from benchmarks.truths.numbers import truth_numbers
+from benchmarks.truths.planar import planar_impulses
 from impulsekit.errors import UnknownNameError
 from impulsekit.reference import Arithmetic
 from tests.bench.answers import decimals

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from impulsekit.bench.problems.registry import problems
-from impulsekit.bench.report import main_table, problem_table
-from impulsekit.bench.rows import Row, read_table
+from benchmarks.problems.registry import problems
+from benchmarks.report import main_table, problem_table
+from benchmarks.rows import Row, read_table
 
 ROOT = Path(__file__).parents[2]
-RESULTS = ROOT / "impulsekit/bench/results"
+RESULTS = ROOT / "benchmarks/results"
 ROWS = read_table(RESULTS / "rows.csv")
 ABOUT = json.loads((RESULTS / "about.json").read_text(encoding="utf-8"))
 

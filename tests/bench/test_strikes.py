@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.run import solved_case, sweep_named
-from impulsekit.bench.stress.strikes import Strikes
-from impulsekit.bench.truths.numbers import truth_numbers
-from impulsekit.bench.truths.planar import planar_impulses
-from impulsekit.bench.truths.slip import followed
-from impulsekit.bench.truths.strike import Block, strikes
+from benchmarks.stress.run import solved_case, sweep_named
+from benchmarks.stress.strikes import Strikes
+from benchmarks.truths.numbers import truth_numbers
+from benchmarks.truths.planar import planar_impulses
+from benchmarks.truths.slip import followed
+from benchmarks.truths.strike import Block, strikes
 
 NUMBERS = truth_numbers()
 LAWS = ("newton", "poisson", "stronge")

@@ -10,8 +10,8 @@ from __future__ import annotations
 import sys
 from functools import partial
 
-from impulsekit.bench import jobs
-from impulsekit.bench.claims import ADMM, CRBA, DYNAMICS, SOLVE, OfJob, OfProblem
+from benchmarks import jobs
+from benchmarks.claims import ADMM, CRBA, DYNAMICS, SOLVE, OfJob, OfProblem
 
 __all__ = ["GUARDED", "main"]
 

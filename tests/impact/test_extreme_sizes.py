@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.stress.bodies import Link, robot_of
+from benchmarks.stress.bodies import Link, robot_of
 
 BOX = (0.4, 0.2, 0.1)
 

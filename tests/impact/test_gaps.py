@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.urdf import link_text, robot_text
+from benchmarks.urdf import link_text, robot_text
 from impulsekit.errors import UnknownNameError
 from tests.close import close
 

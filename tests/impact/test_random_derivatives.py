@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from tests.robots_with_armature import (
     IN_KERNELS,
     LEFT_TO_SOLVE,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from impulsekit.bench.stress.robots import LAWS, SWEEPS
-from impulsekit.bench.stress.run import solved_case
+from benchmarks.stress.robots import LAWS, SWEEPS
+from benchmarks.stress.run import solved_case
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.impact.residuals import momentum_residual
 
 SLIDES = [pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ]

@@ -12,8 +12,8 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit import errors
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
 from impulsekit.chain import chain_urdf
 from impulsekit.impact import ImpactSolver
 from impulsekit.impact.solver import MANY, _workspaces

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
+from benchmarks.truths.enumerated import PlaneProblem, all_after
 from impulsekit.impact.contact_law import ContactProblem
 
 from ..robots import one_body

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
-from impulsekit.bench.truths.space_paths import Spatial, space_error
+from benchmarks.truths.space_paths import Spatial, space_error
 from impulsekit.impact.contact_law import ContactProblem, solve_contacts
 from impulsekit.laws import lzb
 from impulsekit.laws.lzb import Waved, strike_by_energy

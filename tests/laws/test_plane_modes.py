@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.bench.truths.enumerated import PlaneProblem, all_after
+from benchmarks.truths.enumerated import PlaneProblem, all_after
 from impulsekit.laws.coupling import friction_feedback, is_monotone
 from impulsekit.laws.others import MOST_ANSWERS, WEAK, find_answers
 from impulsekit.laws.uniqueness import MOST_FOUND, NEAR, search_modes

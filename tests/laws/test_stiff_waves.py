@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impulsekit.bench.truths.space_paths import Spatial, space_error
+from benchmarks.truths.space_paths import Spatial, space_error
 from impulsekit.laws.lzb import STIFF, Waved, strike_by_energy
 
 MU, E = 0.7, 0.5

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.measured.closing import ClosingContacts
 from tests.measured.bodies import ball_scene
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import FileError, InputError
 from tests.recorded import elbow, landings
 from tests.recorded import report as recorded

@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 
-from impulsekit.bench.cube import cube_scene
+from benchmarks.cube import cube_scene
 from impulsekit.errors import FileError, InputError
 from tests.recorded.__main__ import main
 from tests.recorded.tensors import read_tensor

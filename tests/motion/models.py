@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 
 MODELS = Path(__file__).parents[2] / "models"
 GRAVITY = 9.81

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit.bench.urdf import one_body
+from benchmarks.urdf import one_body
 from impulsekit.cli import main
 from impulsekit.errors import InputError
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impulsekit.bench.urdf import link_text, robot_text
+from benchmarks.urdf import link_text, robot_text
 from impulsekit.design.measurement import Measurement
 from impulsekit.errors import FileError, shown
 from impulsekit.files import file_told, open_plain_file

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from impulsekit.bench.urdf import box_moments, joint_text, link_text, robot_text
+from benchmarks.urdf import box_moments, joint_text, link_text, robot_text
 from impulsekit.errors import InputError, shown
 from impulsekit.measured.calibration import calibrate
 from impulsekit.measured.closing import ClosingContacts

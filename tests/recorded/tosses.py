@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from impulsekit.bench.cube import WIDTH, cube_scene
+from benchmarks.cube import WIDTH, cube_scene
 from impulsekit.errors import FileError, InputError, shown
 from impulsekit.measured.calibration import calibrate
 from impulsekit.measured.columns import RecordingFormat

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.robot.mass_matrix import crba_of
 
 

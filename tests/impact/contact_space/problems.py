@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from impulsekit.bench.truths.planar import planar_impulses
+from benchmarks.truths.planar import planar_impulses
 from impulsekit.impact.contact_law import ContactProblem, ContactSolution, solve_contacts
 from impulsekit.scene.law import Law
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impulsekit.bench.truths.numbers import truth_numbers
-from impulsekit.bench.truths.slip import followed
+from benchmarks.truths.numbers import truth_numbers
+from benchmarks.truths.slip import followed
 from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import InputError, RangeError
 
 G = 9.81

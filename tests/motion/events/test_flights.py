@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from impulsekit.bench.stress.flights import SWEEPS
-from impulsekit.bench.stress.run import jobs_of, solved_case
-from impulsekit.bench.truths.flown import first_meeting, from_box, from_segment, turned
+from benchmarks.stress.flights import SWEEPS
+from benchmarks.stress.run import jobs_of, solved_case
+from benchmarks.truths.flown import first_meeting, from_box, from_segment, turned
 
 
 @pytest.mark.slow

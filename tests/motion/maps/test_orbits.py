@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, one_body, robot_text
+from benchmarks.urdf import joint_text, link_text, one_body, robot_text
 from impulsekit.errors import InputError, SolveError, UnknownNameError
 
 G = 9.81

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.motion.warm import compile_motion
 
 G = 9.81

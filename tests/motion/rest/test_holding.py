@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 
 from ...robots import one_body
 

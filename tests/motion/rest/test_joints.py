@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import impulsekit as ik
-from impulsekit.bench.urdf import joint_text, link_text, robot_text
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import InputError
 
 from ..models import particle, sliders

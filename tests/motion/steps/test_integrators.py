@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.methods.registry import methods
+from benchmarks.problems.registry import problems
 from impulsekit import Contact, Robot, Scene, simulate
-from impulsekit.bench.methods.registry import methods
-from impulsekit.bench.problems.registry import problems
 
 from ...robots import one_body
 

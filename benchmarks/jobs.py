@@ -1,0 +1,262 @@
+"""Jobs that are timed but have no answer of the benchmark's: what the table of claims names."""
+
+from __future__ import annotations
+
+import math
+import pathlib
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pinocchio as pin
+
+from impulsekit.batch.long import long_chain
+from impulsekit.batch.solve import solve_batch, warm_up
+from impulsekit.checking import check
+from impulsekit.impact import solve
+from impulsekit.impact.derivatives import derivatives
+from impulsekit.measured.recording import Recording
+from impulsekit.motion import simulate
+from impulsekit.robot import Robot
+from impulsekit.robot.combine import combine
+from impulsekit.scene import AppliedImpulse, Contact, FrameAnchor, Law, Scene
+from impulsekit.view.replay import replay
+
+from .problems.feet import CORNERS, FEET, SOLES
+from .problems.robots import AT, LINEAR
+from .problems.states import drawn_state
+from .timing import Times, import_times, in_turn
+
+__all__ = [
+    "BARE",
+    "DERIVATIVES",
+    "LAWS",
+    "NAMES",
+    "PINOCCHIO",
+    "batch_of",
+    "falling_talos",
+    "growth",
+    "importing",
+    "one_of_four",
+    "page",
+    "reactions_of_a_fall",
+    "second_check",
+    "share",
+]
+
+PINOCCHIO = "import pinocchio"
+BARE = "import impulsekit"
+# How often batches are timed; steps of scipy's integrator that are timed alone [s].
+ROUNDS, STEP = 15, 1e-3
+NAMES = "from impulsekit import Robot, Scene"
+# Laws beside the default: their words, at how many feet of Solo12, and how many times quicker
+# a state of a batch is.
+LAWS = (
+    ("Stronge along the path", 1, Law("stronge", slip="path"), 50.0),
+    ("Poisson", 1, Law("poisson"), 30.0),
+    ("Poisson at four feet", 4, Law("poisson"), 20.0),
+    ("four feet in sequence", 4, Law(order="sequential"), 40.0),
+)
+# A time that no run reaches [s].
+NEVER = 1e9
+
+
+def one_of_four() -> Times:
+    """A blow on one of four Pandas, against one on a lone Panda."""
+    panda = Robot.from_example("panda")
+    four = combine(a=panda, b=panda, c=panda, d=panda)
+    return in_turn(_blow(four, "c/panda_hand"), _blow(panda, "panda_hand"))
+
+
+def _blow(robot: Robot, frame: str) -> Callable[[], object]:
+    scene = Scene(robot, [AppliedImpulse(frame, LINEAR, at=AT)])
+    q, v = drawn_state(robot, 0)
+    return lambda: solve(scene, q, v).dv
+
+
+def importing(statement: str) -> Times:
+    """An import of ours against Pinocchio's."""
+    times = import_times([PINOCCHIO, statement])
+    return Times(times[statement], times[PINOCCHIO])
+
+
+def _derivatives(held: bool, points: int) -> Times:
+    """All derivatives of an impact of Talos against the solve itself."""
+    talos = Robot.from_example("talos", root="freeflyer")
+    q, v = _above_ground(talos)
+    blow = AppliedImpulse("arm_left_7_link", linear=(1.0, 0.0, 0.0), at=(0.1, 0.0, 0.0))
+    scene = Scene(
+        talos,
+        [] if points else [blow],
+        [FrameAnchor(SOLES[0])] if held else [],
+        [Contact(SOLES[0], at=corner, friction=0.5) for corner in CORNERS[:points]],
+    )
+    impact = solve(scene, q, v)
+    return in_turn(lambda: derivatives(impact), lambda: solve(scene, q, v))
+
+
+DERIVATIVES: dict[str, Callable[[], Times]] = {
+    "Talos, one blow": partial(_derivatives, False, 0),
+    "Talos, a foot that is held": partial(_derivatives, True, 0),
+    "Talos, one frictional contact": partial(_derivatives, False, 1),
+    "Talos, four frictional contacts": partial(_derivatives, False, 4),
+}
+
+
+def _above_ground(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Near the neutral pose, on the way down."""
+    q, v = drawn_state(robot, 0, spread=0.1)
+    q[:7] = robot.neutral()[:7]
+    return q, 0.2 * v - np.eye(robot.nv)[2]
+
+
+def batch_of(feet: int, law: Law) -> Times:
+    """Solo12 on some feet under a law: a batch against one state after the other."""
+    solo = Robot.from_example("solo12", root="freeflyer")
+    contacts = [Contact(foot, friction=0.6, restitution=0.3) for foot in FEET[:feet]]
+    scene = Scene(solo, contacts=contacts, law=law)
+    warm_up(scene)
+    rng = np.random.default_rng(0)
+    steps = rng.uniform(-1.0, 1.0, (4096, solo.nv))
+    q = np.array([pin.integrate(solo.model, solo.neutral(), step) for step in steps])
+    v = rng.normal(size=(4096, solo.nv))
+
+    def one_by_one() -> None:
+        # What a row of a batch is: Δv and the status.
+        for state in zip(q[:64], v[:64], strict=True):
+            _ = solve(scene, *state).status
+
+    return in_turn(lambda: solve_batch(scene, q, v), one_by_one, 4096, 64, ROUNDS)
+
+
+def falling_talos(count: int) -> tuple[Scene, np.ndarray, np.ndarray]:
+    """A scene, (count, nq) and (count, nv): Talos falls forward, both hands strike the floor."""
+    talos = Robot.from_example("talos", root="freeflyer")
+    hands = [
+        Contact(f"gripper_{side}_base_link", [0, 0, -0.1], restitution=0.1, friction=0.5)
+        for side in ("left", "right")
+    ]
+    # The poses are drawn at random: hands are near the floor, not on it.
+    scene = Scene(talos, contacts=hands, gap_bound=math.inf)
+    rng = np.random.default_rng(0)
+    step, v = (size * rng.normal(size=(count, talos.nv)) for size in (0.4, 0.3))
+    step[:, :6] *= [0, 0, 0, 0.5, 0.5, 0.5]
+    step[:, 4] += 1.2
+    q = np.array([pin.integrate(talos.model, talos.neutral(), one) for one in step])
+    for own, pose in zip(v, q, strict=True):
+        own[:3] += pin.Quaternion(pose[3:7]).toRotationMatrix().T @ [0.0, 0.0, -2.0]
+    return scene, q, v
+
+
+def reactions_of_a_fall() -> Times:
+    """What every joint of Talos carries when it falls on its hands: a batch against a loop."""
+    scene, q, v = falling_talos(1000)
+    warm_up(scene)
+    joints = scene.robot.joint_names
+
+    def one_by_one() -> None:
+        for state in zip(q[:50], v[:50], strict=True):
+            impact = solve(scene, *state)
+            _ = impact.status, [impact.reactions[joint] for joint in joints]
+
+    batch = partial(solve_batch, scene, q, v, outputs=("reactions",))
+    return in_turn(batch, one_by_one, len(q), 50, ROUNDS)
+
+
+def share(duration: float = 5.0) -> list[float]:
+    """The part of a flight of Talos by DOP853 that is spent inside Pinocchio and scipy.
+
+    Their calls are timed alone, at the same sizes, and counted as often as the flight
+    makes them; the whole flight is timed around it.
+    """
+    from scipy.integrate import DOP853
+
+    talos = Robot.from_example("talos", root="freeflyer")
+    scene, model, data = Scene(talos), talos.model, talos.model.createData()
+    start = np.random.default_rng(0).normal(size=talos.nv)
+    x, zero = 0.01 * start, np.zeros(talos.nv)
+    rates, y = np.concatenate([start, np.ones(talos.nv)]), np.zeros(2 * talos.nv)
+
+    def pinocchio_calls() -> None:
+        q = pin.integrate(model, talos.neutral(), x)
+        pin.aba(model, data, q, start, zero)
+        turn, speed = pin.Motion(x[:6]), pin.Motion(start[:6])
+        once = turn.cross(speed)
+        twice = turn.cross(once)
+        (speed + once * 0.5 + twice * 0.1 + turn.cross(turn.cross(twice)) * 0.1).vector  # noqa: B018
+
+    def scipy_steps() -> int:
+        solver = DOP853(lambda t, y: rates, 0.0, y, NEVER, max_step=STEP, first_step=STEP)
+        for _ in range(300):
+            solver.step()
+            solver.dense_output()
+        return int(solver.nfev)
+
+    shares = []
+    for _ in range(3):
+        begin = time.perf_counter()
+        motion = simulate(scene, talos.neutral(), start, duration=duration, samples=2)
+        whole = time.perf_counter() - begin
+        begin = time.perf_counter()
+        for _ in range(2000):
+            pinocchio_calls()
+        one = (time.perf_counter() - begin) / 2000
+        begin = time.perf_counter()
+        calls = scipy_steps()
+        step = (time.perf_counter() - begin) / calls
+        shares.append(motion.evaluations * (one + step) / whole)
+    return shares
+
+
+def _seconds(
+    job: Callable[[], object], rounds: int = 5, clock: Callable[[], float] = time.perf_counter
+) -> list[float]:
+    """How long each of some rounds took."""
+    taken = []
+    for _ in range(rounds):
+        start = clock()
+        job()
+        taken.append(clock() - start)
+    return taken
+
+
+def second_check() -> list[float]:
+    """Seconds to hold Talos, both feet held, against Kane once its URDF has been read."""
+    robot = Robot.from_example("talos", root="freeflyer")
+    scene = Scene(
+        robot,
+        [AppliedImpulse("gripper_left_base_link", [0, 0, 1])],
+        constraints=[FrameAnchor(sole) for sole in SOLES],
+    )
+    q = robot.neutral()
+    check(solve(scene, q, robot.velocity()))
+    return _seconds(lambda: check(solve(scene, q, robot.velocity())))
+
+
+def page() -> list[float]:
+    """Seconds to write the page of a 10 s motion of Talos at 60 Hz."""
+    robot = Robot.from_example("talos", root="freeflyer")
+    t = np.arange(601) / 60.0
+    v = 0.3 * np.random.default_rng(0).normal(size=robot.nv)
+    q = [pin.integrate(robot.model, robot.neutral(), math.sin(x) * v) for x in t]
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "talos.html"
+        return _seconds(lambda: replay(Recording(robot, t, q), path, play=False), rounds=2)
+
+
+def growth() -> list[float]:
+    """The slope of log time over log links, from 10³ to 10⁶ links; 1 is linear. Three times."""
+    sizes = (1_000, 10_000, 100_000, 1_000_000)
+    slopes = []
+    for _ in range(3):
+        taken = []
+        for links in sizes:
+            chain = long_chain(links)
+            blow = [AppliedImpulse(f"link_{links}", linear=[0, 5, 0], at=[1, 0, 0])]
+            chain.solve(blow)
+            # In processor time: the longest take so long that other load always breaks in.
+            taken.append(min(_seconds(partial(chain.solve, blow), clock=time.process_time)))
+        slopes.append(float(np.polyfit(np.log(sizes), np.log(taken), 1)[0]))
+    return slopes

@@ -1,0 +1,160 @@
+"""Motions with contact beside MuJoCo's steps of 1 ms: processor time, one run after the other."""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+
+from impulsekit.motion import simulate
+from impulsekit.motion.warm import compile_motion
+from impulsekit.robot import Robot
+from impulsekit.robot.combine import combine
+from impulsekit.scene import AppliedForce, Collision, Contact, Scene
+
+from .cube import FRICTION, WIDTH, cube_scene
+from .urdf import solid_box
+
+__all__ = ["dominoes", "drawn_box", "shaken_block", "tosses"]
+
+GRAVITY = (0.0, 0.0, -9.81)
+# Of MuJoCo [s].
+STEP = 1e-3
+# How often times are measured, and how many tosses are one measurement.
+ROUNDS, TOSSES = 3, 12
+PLANE = '<geom type="plane" size="0 0 1" friction="{mu} .005 .0001"/>'
+BOX = (
+    '<body pos="{x} 0 {z}"><freejoint/><geom type="box" size="{a} {b} {c}" mass="{mass}"'
+    ' friction="{mu} .005 .0001"/></body>'
+)
+FLOOR = """<robot name="floor"><link name="floor"><collision><origin xyz="0 0 -0.1"/><geometry>
+<box size="2 2 0.2"/></geometry></collision></link></robot>"""
+
+
+def _world(mu: float, bodies: str) -> str:
+    return f"<mujoco><worldbody>{PLANE.format(mu=mu)}{bodies}</worldbody></mujoco>"
+
+
+def _ratios(
+    ours: Callable[[], object],
+    world: str,
+    starts: list[tuple[np.ndarray, np.ndarray]],
+    duration: float,
+    push: Callable[[float], float] | None = None,
+) -> list[float]:
+    """Our processor time over MuJoCo's, of some rounds; none where MuJoCo is not installed.
+
+    Args:
+        starts: qpos and qvel of MuJoCo's motions. push: force [N] along x on its first body.
+    """
+    if importlib.util.find_spec("mujoco") is None:
+        return []
+    import mujoco
+
+    compile_motion()
+    model = mujoco.MjModel.from_xml_string(world)
+    model.opt.timestep = STEP
+    data, steps = mujoco.MjData(model), round(duration / STEP)
+
+    def theirs() -> None:
+        for qpos, qvel in starts:
+            mujoco.mj_resetData(model, data)
+            data.qpos, data.qvel = qpos, qvel
+            if push is None:
+                mujoco.mj_step(model, data, steps)
+                continue
+            for k in range(steps):
+                data.xfrc_applied[1, 0] = push(k * STEP)
+                mujoco.mj_step(model, data)
+
+    ours()
+    return [_processor(ours) / _processor(theirs) for _ in range(ROUNDS)]
+
+
+def _processor(job: Callable[[], object]) -> float:
+    begin = time.process_time()
+    job()
+    return time.process_time() - begin
+
+
+def tosses() -> list[float]:
+    """Tosses of the recorded cube, thrown like those."""
+    scene, rng = cube_scene(), np.random.default_rng(0)
+    states, starts = [], []
+    for _ in range(TOSSES):
+        turn = rng.normal(size=4)
+        q = np.array([0.0, 0.0, 0.2, *(turn / np.linalg.norm(turn))])
+        rotation = pin.Quaternion(*q[[6, 3, 4, 5]]).matrix()
+        linear, angular = rng.normal(size=3) * [1.0, 1.0, 0.5], rng.normal(size=3) * 5.0
+        states.append((q, np.concatenate([rotation.T.dot(linear), angular])))
+        starts.append((q[[0, 1, 2, 6, 3, 4, 5]], np.concatenate([linear, angular])))
+    half = 0.5 * WIDTH
+    body = BOX.format(x=0, z=half, a=half, b=half, c=half, mass=0.37, mu=FRICTION)
+
+    def ours() -> None:
+        for q, v in states:
+            simulate(scene, q, v, 0.7)
+
+    return _ratios(ours, _world(FRICTION, body), starts, 0.7)
+
+
+def _on_its_sole(mu: float, force: AppliedForce) -> tuple[Scene, np.ndarray, np.ndarray]:
+    block = solid_box("box", 1.0, (0.2, 0.2, 0.2))
+    corners = [
+        Contact("box", at=[x, y, -0.1], friction=mu) for x in (-0.1, 0.1) for y in (-0.1, 0.1)
+    ]
+    scene = Scene(block, contacts=corners, forces=[force], gravity=GRAVITY)
+    return scene, block.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1]), block.velocity()
+
+
+def drawn_box() -> list[float]:
+    """A box drawn to and fro over the floor for 2 s."""
+
+    def push(t: float) -> float:
+        return float(8.0 * np.cos(t))
+
+    force = AppliedForce("box", linear=lambda t: (push(t), 0.0, 0.0))
+    scene, q, v = _on_its_sole(0.3, force)
+    body = BOX.format(x=0, z=0.1, a=0.1, b=0.1, c=0.1, mass=1, mu=0.3)
+    start = np.array([0, 0, 0.1, 1, 0, 0, 0]), np.zeros(6)
+    return _ratios(lambda: simulate(scene, q, v, 2.0), _world(0.3, body), [start], 2.0, push)
+
+
+def shaken_block() -> list[float]:
+    """Seconds for 8.1 s of a block that a force at its sole rocks and does not move."""
+    force = AppliedForce(
+        "box", linear=lambda t: (8.0 * float(np.cos(t)), 0.0, 0.0), at=[0, 0, -0.1]
+    )
+    scene, q, v = _on_its_sole(0.8, force)
+    compile_motion()
+    simulate(scene, q, v, 0.1)
+    return [_processor(lambda: simulate(scene, q, v, 8.1)) for _ in range(ROUNDS)]
+
+
+def dominoes() -> list[float]:
+    """Five dominoes, of which the first is pushed over, for 0.3 s."""
+    a, b, c, mass, apart = 0.012, 0.025, 0.05, 0.01, 0.03
+    names = [f"d{i}" for i in range(5)]
+    one, floor = solid_box("box", mass, (a, b, c)), Robot.from_urdf(FLOOR)
+    row = combine(d0=one, d1=one, d2=one, d3=one, d4=one, floor=floor)
+    contacts = [Collision(f"{name}/box", "floor/floor", friction=0.4) for name in names]
+    contacts += [
+        Collision(f"{left}/box", f"{right}/box", friction=0.3, restitution=0.1)
+        for left, right in pairwise(names)
+    ]
+    scene = Scene(row, contacts=contacts, gravity=GRAVITY)
+    places = {f"{n}/root_joint": [apart * i, 0, c / 2, 0, 0, 0, 1] for i, n in enumerate(names)}
+    q, v = row.configuration(**places), row.velocity(**{"d0/root_joint": [0.25, 0, 0, 0, 5.0, 0]})
+    bodies = "".join(
+        BOX.format(x=apart * i, z=c / 2, a=a / 2, b=b / 2, c=c / 2, mass=mass, mu=0.4)
+        for i in range(5)
+    )
+    poses = np.array([[apart * i, 0, c / 2, 1, 0, 0, 0] for i in range(5)], dtype=float).ravel()
+    speeds = np.zeros(30)
+    speeds[:6] = [0.25, 0, 0, 0, 5.0, 0]
+    world = _world(0.4, bodies)
+    return _ratios(lambda: simulate(scene, q, v, 0.3), world, [(poses, speeds)], 0.3)

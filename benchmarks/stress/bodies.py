@@ -1,0 +1,121 @@
+"""Robots for the sweeps, written as URDF: random trees of solid boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from impulsekit.robot import Robot
+
+from ..urdf import box_moments, joint_text, link_text, robot_text
+
+__all__ = ["Link", "random_links", "random_state", "robot_of", "tree_urdf", "with_mass_ratio"]
+
+# Limits of joints [rad, m]; the share of links that hang on any before.
+FAR, BRANCHING = 100.0, 0.4
+
+
+@dataclass(frozen=True)
+class Link:
+    """A solid box and the joint above it.
+
+    Attributes:
+        parent: index of the link it hangs on; −1 for the first.
+        mass: [kg].
+        size: edges [m].
+        joint: "revolute", "prismatic" or "continuous".
+        axis: of the joint.
+        offset: (3,) of the joint in the parent's frame [m].
+        turn: roll, pitch and yaw of the joint in the parent's frame [rad].
+        inertia_scale: by which the box's own inertia is multiplied.
+    """
+
+    parent: int
+    mass: float
+    size: tuple[float, float, float] = (0.3, 0.1, 0.1)
+    joint: str = "revolute"
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    offset: tuple[float, float, float] = (0.3, 0.0, 0.0)
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia_scale: float = 1.0
+
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """The mass centre, half a length along x [m]."""
+        return (0.5 * self.size[0], 0.0, 0.0)
+
+    @property
+    def moments(self) -> tuple[float, float, float]:
+        """ixx, iyy, izz about the mass centre [kg m²]."""
+        return box_moments(self.inertia_scale * self.mass, self.size)
+
+
+def tree_urdf(links: Sequence[Link], base: bool = False) -> str:
+    """The URDF of a tree; links are called link_0, link_1, ... and joints joint_1, ...
+
+    Args:
+        base: put a link without mass before the first, with a joint of its own between; for
+            robots on a fixed root.
+    """
+    parts = [link_text("base")] if base else []
+    for k, link in enumerate(links):
+        parts.append(link_text(f"link_{k}", link.mass, link.moments, at=link.centre))
+        if link.parent < 0 and not base:
+            continue
+        parent = "base" if link.parent < 0 else f"link_{link.parent}"
+        parts.append(
+            joint_text(
+                f"joint_{k}", link.joint, parent, f"link_{k}", link.axis, at=link.offset,
+                turn=link.turn, far=FAR,
+            )
+        )  # fmt: skip
+    return robot_text("tree", *parts)
+
+
+def random_links(rng: np.random.Generator, count: int, *, planar: bool = False) -> list[Link]:
+    """Links of about a kilogram and a foot, each on the one before or on any before."""
+    links = []
+    for k in range(count):
+        parent = k - 1
+        if k > 1 and rng.random() < BRANCHING:
+            parent = int(rng.integers(0, k))
+        axis = (0.0, 0.0, 1.0)
+        turn = (0.0, 0.0, 0.0)
+        if not planar:
+            vector = rng.normal(size=3)
+            axis = tuple(vector / np.linalg.norm(vector))
+            turn = tuple(rng.uniform(-1.5, 1.5, 3))
+        links.append(
+            Link(
+                parent=parent,
+                mass=float(rng.uniform(0.3, 3.0)),
+                size=tuple(rng.uniform(0.05, 0.4, 3)),
+                joint=str(rng.choice(["revolute", "revolute", "continuous", "prismatic"])),
+                axis=axis,
+                offset=tuple(rng.uniform(-0.3, 0.3, 3) * ([1, 1, 0] if planar else [1, 1, 1])),
+                turn=turn,
+            )
+        )
+    return links
+
+
+def with_mass_ratio(links: Sequence[Link], ratio: float, rng: np.random.Generator) -> list[Link]:
+    """About half of the links so many times as heavy."""
+    return [replace(k, mass=k.mass * (ratio if rng.random() < 0.5 else 1.0)) for k in links]
+
+
+def robot_of(links: Sequence[Link], root: str) -> Robot:
+    """The robot of a tree on a root; on a fixed one its first link has a joint as well."""
+    return Robot.from_urdf(tree_urdf(links, base=root == "fixed"), root=root)
+
+
+def random_state(
+    robot: Robot, rng: np.random.Generator, count: int, speed: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """(count, nq) and (count, nv), of order one."""
+    steps = rng.uniform(-1.5, 1.5, (count, robot.nv))
+    q = np.array([pin.integrate(robot.model, robot.neutral(), step) for step in steps])
+    return q, speed * rng.normal(size=(count, robot.nv))
