@@ -36,10 +36,10 @@ class Counts:
 MOST = {
     "Panda, known blow": Counts(calls=15, lines=34),
     "Talos, known blow": Counts(calls=23, lines=51),
-    "Talos, both feet held": Counts(calls=69, lines=145),
-    "Three rods, pinned at both ends": Counts(calls=93, lines=171),
-    "Talos, one contact": Counts(calls=42, lines=92),
-    "Talos, two smooth contacts": Counts(calls=166, lines=324),
+    "Talos, both feet held": Counts(calls=36, lines=108),
+    "Three rods, pinned at both ends": Counts(calls=32, lines=92),
+    "Talos, one contact": Counts(calls=42, lines=115),
+    "Talos, two smooth contacts": Counts(calls=53, lines=140),
 }
 
 
