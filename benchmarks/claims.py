@@ -1,6 +1,7 @@
 """Every claim about time: one table of what is timed against what, and the bound it is held to.
 
-Run with ``python -m benchmarks.claims [SECTION ...]``.
+Run with ``python -m benchmarks.claims [SECTION ...]``; the exit status is 1 if one is not kept. The
+section "guard" is what every change has to pass, by ratios to bare Pinocchio, never by times.
 """
 
 from __future__ import annotations
@@ -104,8 +105,8 @@ SOLVE, BATCH, LARGE = "impulsekit, solve", "impulsekit, batch", "impulsekit, lar
 CRBA, DYNAMICS = "pinocchio, crba + cholesky", "pinocchio, impulseDynamics"
 ADMM, MUJOCO = "pinocchio, ADMM, 1e-06", "mujoco, batch"
 
-# How often single states are timed.
-ROUNDS = 501
+# How often single states are timed, and what is above its bound: the machine may be loaded.
+ROUNDS, TRIES = 501, 3
 
 TABLE: tuple[_Row, ...] = (
     OfProblem("known blow", "struck robot", "struck robot 9", SOLVE, CRBA, 1.5),
@@ -174,6 +175,15 @@ TABLE: tuple[_Row, ...] = (
     OfJob("motion", "box drawn to and fro, 2 s / mujoco, 1 ms", motions.drawn_box, 6.0),
     OfJob("motion", "five dominoes, 0.3 s / mujoco, 1 ms", motions.dominoes, 8.0),
     OfJob("motion", "block shaken at its sole for 8.1 s", motions.shaken_block, 1.0, "s"),
+    OfProblem("guard", "struck robot", "struck robot 9", SOLVE, CRBA, 3.0),
+    OfProblem("guard", "struck robot", "struck robot 38", SOLVE, CRBA, 2.5),
+    OfProblem("guard", "held robot", "held robot 12", SOLVE, DYNAMICS, 3.5),
+    OfProblem("guard", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 5.5),
+    OfProblem("guard", "feet", "feet 8", SOLVE, ADMM, 0.9),
+    *(
+        OfJob("guard", f"{what} / {jobs.PINOCCHIO}", partial(jobs.importing, what), bound)
+        for what, bound in ((jobs.BARE, 0.2), (jobs.SOLVING, 2.0))
+    ),
     OfJob("whole jobs", "second check of Talos against Kane", jobs.second_check, 0.2, "s"),
     OfJob("whole jobs", "page of 10 s of Talos at 60 Hz", jobs.page, 10.0, "s"),
     OfJob("whole jobs", "long chains, 10³ to 10⁶ links: slope of time", jobs.growth, 1.05),
@@ -196,19 +206,29 @@ def claims(sections: Iterable[str] = ()) -> Iterator[tuple[str, Claim]]:
     for section in chosen:
         for row in TABLE:
             if row.section == section:
-                yield from ((section, claim) for claim in row.claims())
+                yield from ((section, claim) for claim in _measured(row))
 
 
-def main(sections: list[str]) -> None:
-    """Measure and write the rows."""
-    title = ""
+def _measured(row: _Row) -> list[Claim]:
+    for _ in range(TRIES):
+        found = list(row.claims())
+        if all(claim.met for claim in found):
+            break
+    return found
+
+
+def main(sections: list[str]) -> int:
+    """Measure and write the rows; 1 if one stays above its bound."""
+    title, kept = "", True
     for section, claim in claims(sections):
         if section != title:
             title = section
             sys.stdout.write(f"{section}\n")
         sys.stdout.write(f"  {claim.line()}")
         sys.stdout.flush()
+        kept = kept and claim.met
+    return 0 if kept else 1
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

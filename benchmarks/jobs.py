@@ -35,6 +35,7 @@ __all__ = [
     "LAWS",
     "NAMES",
     "PINOCCHIO",
+    "SOLVING",
     "batch_of",
     "falling_talos",
     "growth",
@@ -51,6 +52,7 @@ BARE = "import impulsekit"
 # How often batches are timed; steps of scipy's integrator that are timed alone [s].
 ROUNDS, STEP = 15, 1e-3
 NAMES = "from impulsekit import Robot, Scene"
+SOLVING = "from impulsekit import Robot, Scene, solve"
 # Laws beside the default: their words, at how many feet of Solo12, and how many times quicker
 # a state of a batch is.
 LAWS = (

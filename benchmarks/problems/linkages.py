@@ -13,8 +13,8 @@ from impulsekit.checking.system import reference_robot
 from impulsekit.reference import Arithmetic, impact_of_free_bodies
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, PointAnchor, Scene
+from tests.truths.digits import DIGITS
 
-from ..truths.digits import DIGITS
 from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state

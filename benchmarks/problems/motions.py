@@ -9,8 +9,8 @@ import numpy as np
 from impulsekit.chain import pendulum_urdf
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Contact, Scene
+from tests.truths.flight import state_after_flight
 
-from ..truths.flight import state_after_flight
 from ..urdf import one_body
 from .kept import exact_or_kept
 from .problem import Problem

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, FrameAnchor, PointAnchor, Scene
+from tests.truths.digits import velocity_after
 
-from ..truths.digits import velocity_after
 from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state

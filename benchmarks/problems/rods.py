@@ -10,9 +10,9 @@ import numpy as np
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Contact, Law, Scene
+from tests.truths.numbers import truth_numbers
+from tests.truths.planar import planar_impulses
 
-from ..truths.numbers import truth_numbers
-from ..truths.planar import planar_impulses
 from ..urdf import one_body
 from .problem import Problem
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, JointImpulse, Scene
+from tests.truths.digits import velocity_after
 
-from ..truths.digits import velocity_after
 from .kept import exact_or_kept
 from .problem import Problem
 from .states import drawn_state

@@ -13,11 +13,11 @@ from impulsekit.chain import chain_urdf
 from impulsekit.reference.arithmetic import Array
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Scene
+from tests.truths.found import Exact, Found
+from tests.truths.impacts import Impacts
+from tests.truths.numbers import truth_numbers
+from tests.truths.residuals import Residuals
 
-from ..truths.found import Exact, Found
-from ..truths.impacts import Impacts
-from ..truths.numbers import truth_numbers
-from ..truths.residuals import Residuals
 from .judge import judge
 from .sweep import Case, Point, Sweeps
 

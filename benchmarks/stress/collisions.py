@@ -12,10 +12,10 @@ import pinocchio as pin
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Collision, Contact, Scene
+from tests.truths.found import Exact, Found
+from tests.truths.impacts import Impacts
+from tests.truths.residuals import Residuals
 
-from ..truths.found import Exact, Found
-from ..truths.impacts import Impacts
-from ..truths.residuals import Residuals
 from ..urdf import one_body, solid_box
 from .bodies import random_state
 from .sweep import STATES, Case, Sweeps, decades

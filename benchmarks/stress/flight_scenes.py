@@ -16,8 +16,8 @@ import pinocchio as pin
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Collision, Contact, JointStop, Scene
+from tests.truths.flown import Flown, Gap, from_box, from_segment, turned
 
-from ..truths.flown import Flown, Gap, from_box, from_segment, turned
 from .flying_bodies import ball, box, free_body, hung, rod, rounded_rod, slider
 from .mechanisms import random_turn
 

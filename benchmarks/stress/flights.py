@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from impulsekit.motion import simulate
+from tests.truths.flown import first_meeting
 
-from ..truths.flown import first_meeting
 from .flight_scenes import (
     NEAR,
     Flight,

@@ -12,8 +12,8 @@ from impulsekit.scene import (
     PointAnchor,
     Scene,
 )
+from tests.truths.impacts import Impacts
 
-from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
 from .sweep import STATES, Case, Sweeps, decades
 

@@ -21,10 +21,10 @@ from impulsekit.impact import solve
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Contact, Law, Scene
+from tests.truths.elimination import generalized_inverse
+from tests.truths.enumerated import After, PlaneProblem, whole_answers
+from tests.truths.numbers import EPS, truth_numbers
 
-from ..truths.elimination import generalized_inverse
-from ..truths.enumerated import After, PlaneProblem, whole_answers
-from ..truths.numbers import EPS, truth_numbers
 from ..urdf import joint_text, link_text, robot_text
 from .judge import BOUND
 from .sweep import STATES, Point, Sweep, seen

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..truths.found import Exact, Found
-from ..truths.numbers import EPS, SMALLEST
+from tests.truths.found import Exact, Found
+from tests.truths.numbers import EPS, SMALLEST
+
 from .sweep import StateTruth
 
 __all__ = ["BACKWARD", "BOUND", "ILL_POSED", "Judgement", "judge"]

@@ -8,8 +8,8 @@ import numpy as np
 
 from impulsekit.scene import Contact, Law, Scene
 from impulsekit.tolerances import NONZERO
+from tests.truths.planar import PlanarImpacts
 
-from ..truths.planar import PlanarImpacts
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweeps, decades
 

@@ -15,8 +15,8 @@ from impulsekit.impact import solve
 from impulsekit.impact.result import Impact
 from impulsekit.laws.status import Status
 from impulsekit.scene import Collision
+from tests.truths.found import Found
 
-from ..truths.found import Found
 from .sweep import Case
 
 __all__ = ["answers"]

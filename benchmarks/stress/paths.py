@@ -15,9 +15,9 @@ import numpy as np
 from impulsekit.impact.contact_law import ContactProblem
 from impulsekit.scene.law import Law
 from impulsekit.tolerances import NONZERO
+from tests.truths.along_paths import Planar, follow_in_time
+from tests.truths.space_paths import Spatial, space_error
 
-from ..truths.along_paths import Planar, follow_in_time
-from ..truths.space_paths import Spatial, space_error
 from .statements import CONTACTS, Judged, energetic, points_of, problem_of_points
 from .sweep import Sweep
 

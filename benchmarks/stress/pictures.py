@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from impulsekit.view.plots.canvas import AFTER, BLOW, INK, QUIET, new_figure, tidy
+from tests.truths.numbers import EPS
 
-from ..truths.numbers import EPS
 from .judge import BOUND
 from .run import sweep_named
 from .sweep import Point

@@ -17,8 +17,8 @@ import pinocchio as pin
 
 from impulsekit.impact import ImpactSolver, solve
 from impulsekit.scene import Scene
+from tests.truths.numbers import EPS
 
-from ..truths.numbers import EPS
 from .mechanisms import Chain, Link, Place, Touch, World, built, chain_sizes, random_turn
 from .mechanisms import random_world as random_world
 from .mechanisms import split as split_link

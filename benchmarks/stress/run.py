@@ -11,8 +11,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 
 from impulsekit.errors import ImpulsekitError, SetupWarning
+from tests.truths.found import Exact, Found
 
-from ..truths.found import Exact, Found
 from .judge import Judgement, judge
 from .methods import answers
 from .sweep import Case, Point, Sweep

@@ -18,12 +18,11 @@ import numpy as np
 from impulsekit.reference import Arithmetic
 from impulsekit.reference.arithmetic import Array
 from impulsekit.scene import Scene
-
-from ..truths.contact_state import ContactState
-from ..truths.equations import Coefficients
-from ..truths.found import Exact, Found
-from ..truths.mechanics import Mechanics, SceneMechanics
-from ..truths.strike import Block, strikes
+from tests.truths.contact_state import ContactState
+from tests.truths.equations import Coefficients
+from tests.truths.found import Exact, Found
+from tests.truths.mechanics import Mechanics, SceneMechanics
+from tests.truths.strike import Block, strikes
 
 __all__ = ["Strikes"]
 

@@ -8,8 +8,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from tests.truths.numbers import EPS, truth_numbers
+
 from ..about import about
-from ..truths.numbers import EPS, truth_numbers
 from .judge import BACKWARD, BOUND, ILL_POSED
 from .sweep import Point
 

@@ -11,9 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from impulsekit.scene import Scene
-
-from ..truths.found import Exact, Found
-from ..truths.residuals import Residuals
+from tests.truths.found import Exact, Found
+from tests.truths.residuals import Residuals
 
 __all__ = ["STATES", "Case", "Point", "Sweep", "Sweeps", "Truth", "decades", "seen"]
 

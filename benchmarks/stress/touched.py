@@ -11,8 +11,8 @@ from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import AppliedImpulse, Contact, JointStop, Scene
 from impulsekit.tolerances import NONZERO
+from tests.truths.impacts import Impacts
 
-from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
 from .sweep import STATES, Case, Sweeps, decades
 

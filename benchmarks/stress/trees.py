@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, JointImpulse, Scene
+from tests.truths.impacts import Impacts
 
-from ..truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweeps, decades
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from benchmarks.truths.digits import velocity_after
 from impulsekit.batch.result import OUTPUTS
 from impulsekit.batch.solve import solve_batch
 from impulsekit.laws.status import Status
 from tests.batch.compare import random_states
 from tests.reference.models import mass_matrix
+from tests.truths.digits import velocity_after
 
 pytest.importorskip("numba")
 

@@ -7,9 +7,9 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from benchmarks.truths.planar import planar_impulses
 from impulsekit.laws.status import Status
 from tests.batch.compare import random_states, worst_difference
+from tests.truths.planar import planar_impulses
 
 pytest.importorskip("numba")
 

@@ -14,12 +14,12 @@ from benchmarks.problems.chains import chain_problem, pendulum_problem
 from benchmarks.problems.motions import swings
 from benchmarks.problems.registry import FAMILIES, problems
 from benchmarks.problems.trees import random_tree_urdf, tree_problem
-from benchmarks.truths.flight import extrapolated, state_after_flight
-from benchmarks.truths.numbers import truth_numbers
-from benchmarks.truths.planar import planar_impulses
 from impulsekit.errors import UnknownNameError
 from impulsekit.reference import Arithmetic
 from tests.bench.answers import decimals
+from tests.truths.flight import extrapolated, state_after_flight
+from tests.truths.numbers import truth_numbers
+from tests.truths.planar import planar_impulses
 
 QUICK = list(problems(quick=True))
 IMPACTS = [problem for problem in QUICK if not problem.duration]

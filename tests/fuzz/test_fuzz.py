@@ -10,11 +10,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.fuzz import pool, target
-from tests.fuzz.mutations import mutated
-from tests.fuzz.scene_grammar import random_scene
-from tests.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
-from tests.fuzz.urdf_grammar import random_urdf
+from benchmarks.fuzz import pool, target
+from benchmarks.fuzz.mutations import mutated
+from benchmarks.fuzz.scene_grammar import random_scene
+from benchmarks.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
+from benchmarks.fuzz.urdf_grammar import random_urdf
 
 QUIET = settings(
     max_examples=60,
@@ -128,7 +128,7 @@ class _Forking:
 def test_the_quick_form_of_the_command(tmp_path):
     from click.testing import CliRunner
 
-    from tests.fuzz.__main__ import main
+    from benchmarks.fuzz.__main__ import main
 
     result = CliRunner().invoke(
         main, ["--files", "40", "--jobs", "1", "--keep", str(tmp_path / "kept")]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from benchmarks.truths.enumerated import PlaneProblem, all_after
 from impulsekit.impact.contact_law import ContactProblem
+from tests.truths.enumerated import PlaneProblem, all_after
 
 from ..robots import one_body
 

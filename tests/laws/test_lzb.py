@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
-from benchmarks.truths.space_paths import Spatial, space_error
 from impulsekit.impact.contact_law import ContactProblem, solve_contacts
 from impulsekit.laws import lzb
 from impulsekit.laws.lzb import Waved, strike_by_energy
@@ -17,6 +16,7 @@ from impulsekit.laws.progress import path_memory
 from impulsekit.laws.status import Status
 from impulsekit.laws.words import STRONGE
 from tests.reference.models import mass_matrix
+from tests.truths.space_paths import Spatial, space_error
 
 LZB = ik.Law(restitution="lzb")
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from benchmarks.truths.enumerated import PlaneProblem, all_after
 from impulsekit.laws.coupling import friction_feedback, is_monotone
 from impulsekit.laws.others import MOST_ANSWERS, WEAK, find_answers
 from impulsekit.laws.uniqueness import MOST_FOUND, NEAR, search_modes
+from tests.truths.enumerated import PlaneProblem, all_after
 
 
 def plane_problem(rng, n, frictions):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.truths.space_paths import Spatial, space_error
 from impulsekit.laws.lzb import STIFF, Waved, strike_by_energy
+from tests.truths.space_paths import Spatial, space_error
 
 MU, E = 0.7, 0.5
 

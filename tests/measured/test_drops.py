@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from benchmarks.recorded.__main__ import main
+from benchmarks.recorded.drops import SQUARED_RADII, drop_section, load_drops
 from impulsekit.errors import FileError
-from tests.recorded.__main__ import main
-from tests.recorded.drops import SQUARED_RADII, drop_section, load_drops
 
 E, MU = 0.5, 0.15
 

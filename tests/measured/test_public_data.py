@@ -7,13 +7,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from benchmarks.recorded import elbow, landings
+from benchmarks.recorded import report as recorded
+from benchmarks.recorded.__main__ import main
+from benchmarks.recorded.section import Section, joined
+from benchmarks.recorded.tensors import read_tensor
 from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import FileError, InputError
-from tests.recorded import elbow, landings
-from tests.recorded import report as recorded
-from tests.recorded.__main__ import main
-from tests.recorded.section import Section, joined
-from tests.recorded.tensors import read_tensor
 
 
 def zipped_tensor(path, array, opcode=b"torch\nDoubleStorage\n", shape=None):

@@ -8,11 +8,11 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from benchmarks.recorded import elbow, landings
+from benchmarks.recorded.__main__ import main
 from impulsekit.cli.progress import bar_on_terminal
 from impulsekit.measured import motions
 from tests.measured.test_public_data import biped, zipped_tensor
-from tests.recorded import elbow, landings
-from tests.recorded.__main__ import main
 
 E, MU, SAMPLES = 0.2, 0.25, 34
 

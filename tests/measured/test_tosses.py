@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks.cube import cube_scene
+from benchmarks.recorded.__main__ import main
+from benchmarks.recorded.tensors import read_tensor
+from benchmarks.recorded.tosses import load_tosses
 from impulsekit.errors import FileError, InputError
-from tests.recorded.__main__ import main
-from tests.recorded.tensors import read_tensor
-from tests.recorded.tosses import load_tosses
 
 
 @pytest.fixture

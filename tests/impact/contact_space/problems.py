@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from benchmarks.truths.planar import planar_impulses
 from impulsekit.impact.contact_law import ContactProblem, ContactSolution, solve_contacts
 from impulsekit.scene.law import Law
+from tests.truths.planar import planar_impulses
 
 
 def problem(W, before, e=0.0, mu=0.0, e_t=0.0, free=None) -> ContactProblem:

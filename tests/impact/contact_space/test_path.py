@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.truths.numbers import truth_numbers
-from benchmarks.truths.slip import followed
 from impulsekit.laws.status import Status
 from impulsekit.scene.law import Law
+from tests.truths.numbers import truth_numbers
+from tests.truths.slip import followed
 
 from .problems import block, planar_velocity, rod, solved
 

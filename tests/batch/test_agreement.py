@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.agreement.agreement import agreement, all_robots, random_scene
 from benchmarks.stress.bodies import random_state
 from impulsekit import Robot
-from tests.agreement.agreement import agreement, all_robots, random_scene
 
 pytest.importorskip("numba")
 
@@ -23,7 +23,7 @@ def test_some_robots(name, kind):
     assert found.harder == found.statuses == 0
 
 
-# The command, python -m tests.agreement, takes 10 000 rows each.
+# The command, python -m benchmarks.agreement, takes 10 000 rows each.
 @pytest.mark.slow
 def test_all_robots():
     rng = np.random.default_rng(2)

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.recorded.section import Section
+from benchmarks.recorded.tensors import read_tensor
 from benchmarks.urdf import box_moments, joint_text, link_text, robot_text
 from impulsekit.errors import InputError, shown
 from impulsekit.measured.calibration import calibrate
@@ -22,8 +24,6 @@ from impulsekit.measured.rollouts import QUICK, Rollouts
 from impulsekit.measured.segments import flights_with_noise
 from impulsekit.robot import Robot
 from impulsekit.scene import Contact, JointSpring, Scene
-from tests.recorded.section import Section
-from tests.recorded.tensors import read_tensor
 
 __all__ = ["ELBOW_COLUMNS", "elbow_scene", "elbow_section", "load_elbow", "windows"]
 

@@ -1,4 +1,4 @@
-"""``python -m tests.recorded PATH``: motions and laws beside public recordings in a folder.
+"""``python -m benchmarks.recorded PATH``: motions and laws beside public recordings in a folder.
 
 Tosses of a cube (ContactNets), of an elbow (dair_pll), planar drops (ImpactModeling) and landings
 of Cassie (cassie_impact_dataset); or one file of them.
@@ -9,16 +9,16 @@ from __future__ import annotations
 import argparse
 import sys
 
+from benchmarks.recorded.report import measured_report
 from impulsekit.cli.progress import bar_on_terminal
 from impulsekit.errors import ImpulsekitError
-from tests.recorded.report import measured_report
 
 __all__ = ["main"]
 
 
 def main(arguments: list[str]) -> int:
     """Write the report to stdout; 2 where there is nothing to be read, and why."""
-    parser = argparse.ArgumentParser("python -m tests.recorded", description=__doc__)
+    parser = argparse.ArgumentParser("python -m benchmarks.recorded", description=__doc__)
     parser.add_argument("path", help="a folder of recordings, or a file")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress")
     chosen = parser.parse_args(arguments)

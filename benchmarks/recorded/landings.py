@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.recorded.section import Section
 from impulsekit.errors import FileError, InputError, shown
 from impulsekit.files import file_told, open_plain_file
 from impulsekit.impact.solver import solve_without_warnings
@@ -29,7 +30,6 @@ from impulsekit.scene import (
     TorqueTable,
 )
 from impulsekit.scene.motion import MotionSettings
-from tests.recorded.section import Section
 
 __all__ = ["Landing", "cassie_scene", "landing_section", "load_landings"]
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.recorded.section import Section
 from benchmarks.urdf import link_text, robot_text
 from impulsekit.design.measurement import Measurement
 from impulsekit.errors import FileError, shown
@@ -17,7 +18,6 @@ from impulsekit.measured.comparison import LawComparison, compare_laws
 from impulsekit.measured.mirrored import MirroredAxes, find_mirrored
 from impulsekit.robot import Robot
 from impulsekit.scene import Contact, Law, Scene
-from tests.recorded.section import Section
 
 __all__ = ["Drops", "drop_section", "load_drops"]
 

@@ -1,6 +1,6 @@
 """Batches beside ``solve``, row by row, on random scenes of all example robots.
 
-Run with ``python -m tests.agreement [ROWS] [-o FILE] [-j PROCESSES]``, 10 000
+Run with ``python -m benchmarks.agreement [ROWS] [-o FILE] [-j PROCESSES]``, 10 000
 rows by default. What stands in the file already is not done again.
 """
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.guard.counts import MOST, counted_solves, counts
+from tests.impact.counts import MOST, counted_solves, counts
 
 
 @pytest.fixture(scope="module")
@@ -48,4 +48,4 @@ def test_what_is_done_twice_counts_twice(solves):
 
 def test_the_gate_measures_the_ratios():
     lines = (Path(__file__).parents[2] / ".ci/run").read_text(encoding="utf-8").splitlines()
-    assert ".venv/bin/python -m tests.guard" in lines
+    assert ".venv/bin/python -m benchmarks.claims guard" in lines

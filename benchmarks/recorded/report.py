@@ -7,10 +7,10 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+from benchmarks.recorded import drops, elbow, landings, tosses
+from benchmarks.recorded.section import Section, joined
+from benchmarks.recorded.tensors import read_tensor
 from impulsekit.errors import FileError, ImpulsekitError, InputError, shown
-from tests.recorded import drops, elbow, landings, tosses
-from tests.recorded.section import Section, joined
-from tests.recorded.tensors import read_tensor
 
 __all__ = ["find_data", "measured_report"]
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.truths.digits import velocity_after
 from impulsekit.batch.solve import solve_batch
 from impulsekit.errors import SingularMassError, UrdfError
 from impulsekit.impact import solve
@@ -16,6 +15,7 @@ from impulsekit.robot import Robot
 from impulsekit.robot.base import WORLD
 from impulsekit.robot.examples import example_names
 from impulsekit.scene import AppliedImpulse, Contact, JointImpulse, Scene
+from tests.truths.digits import velocity_after
 
 __all__ = [
     "BAR",

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cube import WIDTH, cube_scene
+from benchmarks.recorded.section import Section
+from benchmarks.recorded.tensors import read_tensor
 from impulsekit.errors import FileError, InputError, shown
 from impulsekit.measured.calibration import calibrate
 from impulsekit.measured.columns import RecordingFormat
@@ -20,8 +22,6 @@ from impulsekit.measured.recording import Recording
 from impulsekit.measured.rollouts import QUICK, Rollouts
 from impulsekit.robot import Robot
 from impulsekit.scene import Scene
-from tests.recorded.section import Section
-from tests.recorded.tensors import read_tensor
 
 __all__ = ["load_tosses", "toss_section"]
 

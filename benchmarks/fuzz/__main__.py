@@ -1,4 +1,4 @@
-"""``python -m tests.fuzz``: fuzz, and keep the files that were found wanting."""
+"""``python -m benchmarks.fuzz``: fuzz, and keep the files that were found wanting."""
 
 from __future__ import annotations
 

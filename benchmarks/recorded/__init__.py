@@ -1,0 +1,1 @@
+"""Motions and laws beside public recordings: ``python -m benchmarks.recorded FOLDER``."""

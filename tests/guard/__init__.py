@@ -1,1 +1,0 @@
-"""Solves are guarded against getting slower: counts, which are exact, and ratios."""

@@ -1,1 +1,0 @@
-"""Motions and laws beside public recordings: ``python -m tests.recorded FOLDER``."""
