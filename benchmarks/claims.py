@@ -17,7 +17,7 @@ import numpy as np
 
 from impulsekit.errors import UnknownNameError
 
-from . import by_hand, forces, forces_exudyn, jobs, motions
+from . import by_hand, forces, jobs, motions
 from .claim import Claim
 from .methods.registry import method_labelled
 from .problems.registry import problem_named
@@ -157,20 +157,18 @@ TABLE: tuple[_Row, ...] = (
     *(
         OfJob(
             "forces",
-            f"{name}, {states}: peak by {peer} to 1 % / {calls}",
+            f"{name}, {states}: peak by mujoco to 1 % / {calls}",
             partial(timed, name),
             100.0,
             at_least=True,
-            needs=peer,
+            needs="mujoco",
         )
-        for peer, room in (("mujoco", forces), ("exudyn", forces_exudyn))
         for states, calls, timed in (
-            ("many states", "peak_forces", room.batch_of_forces),
-            ("one state", "solve, force_history", room.single_forces),
+            ("many states", "peak_forces", forces.batch_of_forces),
+            ("one state", "solve, force_history", forces.single_forces),
         )
         for name in forces.STRUCK
     ),
-    OfJob("motion", "flight of Talos: share of Pinocchio and scipy", jobs.share, 0.75, "", True),
     OfJob("motion", "tosses of a cube / mujoco, 1 ms", motions.tosses, 6.0),
     OfJob("motion", "box drawn to and fro, 2 s / mujoco, 1 ms", motions.drawn_box, 6.0),
     OfJob("motion", "five dominoes, 0.3 s / mujoco, 1 ms", motions.dominoes, 8.0),

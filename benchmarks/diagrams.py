@@ -29,14 +29,6 @@ AGAINST_ERROR = {
     "motions": ("swing after a blow", "flight after a blow", "sliding block"),
 }
 OVER_SIZE = ("struck chain", "random tree", "closed chain", "landing block")
-THROUGHPUT = (
-    "struck robot 9",
-    "struck robot 38",
-    "random tree 40",
-    "held robot 12",
-    "foot that slides 38",
-    "feet 8",
-)
 # One colour a program; its methods differ by marker.
 COLOURS = {
     "impulsekit": "#1f5fa8",
@@ -46,7 +38,6 @@ COLOURS = {
     "mujoco": "#2f8f4e",
     "crocoddyl": "#9b3fb5",
     "exudyn": "#b8860b",
-    "penalty contact": "#c0392b",
 }
 MARKERS = "osD^vP*X<>hp8d"
 # Where an error is 0 it is drawn at the unit of rounding.
@@ -71,9 +62,6 @@ def draw(rows: Sequence[Row], folder: Path) -> list[Path]:
         growing = [f for f in OVER_SIZE if len({r.size for r in rows if r.family == f}) > 1]
         if growing:
             paths.append(_over_size(rows, growing, folder / "over_size.svg"))
-        fast = [name for name in THROUGHPUT if any(r.problem == name for r in rows)]
-        if fast:
-            paths.append(_throughput(rows, fast, folder / "throughput.svg"))
     return paths
 
 
@@ -162,32 +150,6 @@ def _over_size(rows: Sequence[Row], families: Sequence[str], path: Path) -> Path
         sizes = sorted({row.size for row in good if row.family == family})
         axes.set_xticks(sizes, [str(size) for size in sizes])
     _legend(figure, styles, 4)
-    return _saved(figure, path)
-
-
-def _throughput(rows: Sequence[Row], problems: Sequence[str], path: Path) -> Path:
-    """States a second of what meets the tolerance, the quickest setting of each method."""
-    from matplotlib.figure import Figure
-
-    columns = min(3, len(problems))
-    lines = -(-len(problems) // columns)
-    figure = Figure(figsize=(3.6 * columns, 2.2 * lines), layout="constrained")
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    for axes in panels[len(problems) :]:
-        axes.remove()
-    for axes, problem in zip(panels, problems, strict=False):
-        best: dict[str, float] = {}
-        for row in rows:
-            if row.problem == problem and row.met and row.seconds:
-                best[row.name] = max(best.get(row.name, 0.0), 1.0 / row.seconds)
-        names = sorted(best, key=best.__getitem__)[-9:]
-        colours = [COLOURS.get(_program(name), "#555555") for name in names]
-        axes.barh(names, [best[name] for name in names], color=colours)
-        axes.set_xscale("log")
-        axes.set_xlabel("states a second")
-        axes.set_title(problem, loc="left")
-        axes.tick_params(axis="y", labelsize=6)
-        axes.spines[["top", "right"]].set_visible(False)
     return _saved(figure, path)
 
 

@@ -24,6 +24,7 @@ from impulsekit.scene import Contact, Scene
 
 from .methods.mechanism import mechanism_of
 from .methods.mujoco_model import CONTACT_TIME, Turned, mujoco_configuration, mujoco_model
+from .methods.swing import normal_rows
 from .problems.problem import Problem
 from .timing import Times, in_turn
 from .urdf import one_body
@@ -116,20 +117,14 @@ def many_peaks(problem: Problem, v: np.ndarray) -> Callable[[], object]:
 def spring_of(problem: Problem) -> PowerCurve:
     """k of a half swing of MuJoCo's ``CONTACT_TIME`` with the contact's effective mass."""
     history = force_history(solve(problem.scene, problem.q, problem.v), PowerCurve(1.0, 1.0))
-    mass = history.stored / (0.5 * _normal_speed(problem, problem.v) ** 2)
+    mass = history.stored / (0.5 * float(_normal(problem) @ problem.v) ** 2)
     return PowerCurve(float(mass) * (math.pi / CONTACT_TIME) ** 2, 1.0)
 
 
 def _normal(problem: Problem) -> np.ndarray:
     """(nv,) the normal row of the contact."""
-    outcome = solve(problem.scene, problem.q, problem.v).outcome
-    row: np.ndarray = outcome.touches[0].jacobian[2]  # type: ignore[union-attr]
-    return row
-
-
-def _normal_speed(problem: Problem, v: np.ndarray) -> np.ndarray:
-    speed: np.ndarray = v @ _normal(problem)
-    return speed
+    rows, _ = normal_rows(problem, mechanism_of(problem))
+    return rows[0]
 
 
 class _Theirs:

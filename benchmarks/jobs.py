@@ -18,7 +18,6 @@ from impulsekit.checking import check
 from impulsekit.impact import solve
 from impulsekit.impact.derivatives import derivatives
 from impulsekit.measured.recording import Recording
-from impulsekit.motion import simulate
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import AppliedImpulse, Contact, FrameAnchor, Law, Scene
@@ -44,13 +43,12 @@ __all__ = [
     "page",
     "reactions_of_a_fall",
     "second_check",
-    "share",
 ]
 
 PINOCCHIO = "import pinocchio"
 BARE = "import impulsekit"
-# How often batches are timed; steps of scipy's integrator that are timed alone [s].
-ROUNDS, STEP = 15, 1e-3
+# How often batches are timed.
+ROUNDS = 15
 NAMES = "from impulsekit import Robot, Scene"
 SOLVING = "from impulsekit import Robot, Scene, solve"
 # Laws beside the default: their words, at how many feet of Solo12, and how many times quicker
@@ -61,8 +59,6 @@ LAWS = (
     ("Poisson at four feet", 4, Law("poisson"), 20.0),
     ("four feet in sequence", 4, Law(order="sequential"), 40.0),
 )
-# A time that no run reaches [s].
-NEVER = 1e9
 
 
 def one_of_four() -> Times:
@@ -165,51 +161,6 @@ def reactions_of_a_fall() -> Times:
 
     batch = partial(solve_batch, scene, q, v, outputs=("reactions",))
     return in_turn(batch, one_by_one, len(q), 50, ROUNDS)
-
-
-def share(duration: float = 5.0) -> list[float]:
-    """The part of a flight of Talos by DOP853 that is spent inside Pinocchio and scipy.
-
-    Their calls are timed alone, at the same sizes, and counted as often as the flight
-    makes them; the whole flight is timed around it.
-    """
-    from scipy.integrate import DOP853
-
-    talos = Robot.from_example("talos", root="freeflyer")
-    scene, model, data = Scene(talos), talos.model, talos.model.createData()
-    start = np.random.default_rng(0).normal(size=talos.nv)
-    x, zero = 0.01 * start, np.zeros(talos.nv)
-    rates, y = np.concatenate([start, np.ones(talos.nv)]), np.zeros(2 * talos.nv)
-
-    def pinocchio_calls() -> None:
-        q = pin.integrate(model, talos.neutral(), x)
-        pin.aba(model, data, q, start, zero)
-        turn, speed = pin.Motion(x[:6]), pin.Motion(start[:6])
-        once = turn.cross(speed)
-        twice = turn.cross(once)
-        (speed + once * 0.5 + twice * 0.1 + turn.cross(turn.cross(twice)) * 0.1).vector  # noqa: B018
-
-    def scipy_steps() -> int:
-        solver = DOP853(lambda t, y: rates, 0.0, y, NEVER, max_step=STEP, first_step=STEP)
-        for _ in range(300):
-            solver.step()
-            solver.dense_output()
-        return int(solver.nfev)
-
-    shares = []
-    for _ in range(3):
-        begin = time.perf_counter()
-        motion = simulate(scene, talos.neutral(), start, duration=duration, samples=2)
-        whole = time.perf_counter() - begin
-        begin = time.perf_counter()
-        for _ in range(2000):
-            pinocchio_calls()
-        one = (time.perf_counter() - begin) / 2000
-        begin = time.perf_counter()
-        calls = scipy_steps()
-        step = (time.perf_counter() - begin) / calls
-        shares.append(motion.evaluations * (one + step) / whole)
-    return shares
 
 
 def _seconds(

@@ -3,7 +3,7 @@
 Contacts are Exudyn's sphere on
 a triangle: a spring with the damper of Carvalho & Martins and friction that is proportional below
 a creep speed, followed by its implicit trapezoidal rule; steps and creep go with the root of
-the stiffness, as in ``penalty``. Without friction it goes to every law's answer; with it, to one
+the stiffness. Without friction it goes to every law's answer; with it, to one
 about 1 % off Stronge's.
 """
 

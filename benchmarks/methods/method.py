@@ -57,7 +57,7 @@ class Method:
 
     @property
     def label(self) -> str:
-        """Name and setting: "penalty contact, 1e+06"."""
+        """Name and setting: "mujoco, soft contacts, 0.001"."""
         return self.name if self.setting is None else f"{self.name}, {self.setting:g}"
 
     def missing(self) -> str:

@@ -12,7 +12,7 @@ from .method import Method
 __all__ = ["ROOMS", "few", "method_labelled", "methods"]
 
 # Each file has a tuple METHODS.
-ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn", "penalty")
+ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn")
 # Ways of the batch that a quick run does without.
 VARIANTS = (
     "impulsekit, batch on one thread",

@@ -10,10 +10,11 @@ import numpy as np
 from impulsekit.chain import pendulum_urdf
 from impulsekit.checking.demands import constraint_rows, known_impulses
 from impulsekit.checking.system import reference_robot
-from impulsekit.reference import Arithmetic, impact_of_free_bodies
+from impulsekit.reference import Arithmetic
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, PointAnchor, Scene
 from tests.truths.digits import DIGITS
+from tests.truths.maximal import impact_of_free_bodies
 
 from .kept import exact_or_kept
 from .problem import Problem

@@ -5,8 +5,7 @@ equations are those of the paper, and the numbers are doubles, long doubles or o
 as many digits as are asked for.
 
     urdf ─► reading ─► tree ─► kinematics ─► kane ─► impact, system   the method of the paper
-                                   │           └─► freed              what joints carry
-                                   └─► maximal                        the same by other coordinates
+                                               └─► freed              what joints carry
 
 ``whittaker`` holds chains whose answers are exact fractions.
 """
@@ -14,7 +13,6 @@ as many digits as are asked for.
 from impulsekit.reference.arithmetic import Arithmetic
 from impulsekit.reference.impact import KaneImpact
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
-from impulsekit.reference.maximal import MaximalImpact, impact_of_free_bodies
 from impulsekit.reference.rows import Rows
 from impulsekit.reference.system import KaneSystem
 from impulsekit.reference.tree import Tree
@@ -25,9 +23,7 @@ __all__ = [
     "KaneImpact",
     "KaneSystem",
     "Load",
-    "MaximalImpact",
     "PointSpring",
     "Rows",
     "Tree",
-    "impact_of_free_bodies",
 ]

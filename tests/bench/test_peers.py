@@ -2,13 +2,12 @@
 
 import pathlib
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from benchmarks.methods import crocoddyl, penalty
+from benchmarks.methods import crocoddyl
 from benchmarks.methods.mechanism import mechanism_of
 from benchmarks.methods.method import Method
 from benchmarks.methods.restitution import damping_ratio, restitution_of
@@ -16,9 +15,8 @@ from benchmarks.problems.problem import Problem
 from benchmarks.problems.registry import problems
 from benchmarks.timing import TimesItself, time_in_turn
 from impulsekit.errors import ImpulsekitError
-from impulsekit.impact import solve
 from impulsekit.robot import Robot
-from impulsekit.scene import Contact, Law, Scene
+from impulsekit.scene import Contact, Scene
 
 MODELS = pathlib.Path(__file__).parents[2] / "models"
 BLOWS = ("struck chain", "struck robot")
@@ -96,42 +94,6 @@ def test_a_damper_gives_its_restitution(ratio):
     )
     assert restitution_of(ratio) == pytest.approx(-run.y[1, -1], abs=1e-10)
     assert damping_ratio(restitution_of(ratio)) == pytest.approx(ratio, abs=1e-12)
-
-
-@pytest.mark.parametrize("name", ["penalty contact, LSODA", "penalty contact, Euler"])
-@pytest.mark.parametrize("family", ["rod along its path", "rocking block"])
-def test_stiffer_contacts_come_nearer_as_the_root_of_the_stiffness(name, family):
-    problem = some(family)[0]
-    methods = of(penalty.METHODS, name)
-    found = errors(methods, problem)
-    stiffness = np.log([method.setting for method in methods])
-    slope = np.polyfit(stiffness, np.log(found), 1)[0]
-    assert slope == pytest.approx(-0.5, abs=0.06)
-    assert found[-1] < 2e-3
-
-
-def test_a_stiff_foot_goes_along_the_path_and_not_to_the_end():
-    problem = next(p for p in some("foot") if p.family == "foot that sticks")
-    # What one contact's spring obeys.
-    scene = replace(problem.scene, law=Law(restitution="stronge", slip="path"))
-    after = solve(scene, problem.q, problem.v).v_after
-    fitting = replace(problem, scene=scene, exact=lambda: after)
-    answer = of(penalty.METHODS, "penalty contact, LSODA")[-1].prepare(problem)()
-    between = fitting.error(problem.answer)
-    assert fitting.error(answer) < 1e-3 < between
-    assert problem.error(answer) == pytest.approx(between, rel=0.1)
-
-
-def test_equal_springs_are_no_cradle_however_stiff():
-    problem = some("cradle")[0]
-    softer, stiffer = (
-        method.prepare(problem)() for method in of(penalty.METHODS, "penalty contact, LSODA")[2:4]
-    )
-    assert np.allclose(softer, stiffer, atol=1e-4)
-    assert problem.error(stiffer) > 0.1
-    # What they do keep is momentum and energy.
-    assert stiffer.sum() == pytest.approx(problem.v.sum(), rel=1e-9)
-    assert stiffer @ stiffer == pytest.approx(problem.v @ problem.v, rel=1e-4)
 
 
 @pytest.mark.parametrize("problem", some(*BLOWS), ids=lambda p: p.name)

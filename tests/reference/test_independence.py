@@ -13,7 +13,8 @@ import impulsekit.reference
 
 from .models import FOUR_BAR, robot
 
-FILES = sorted(Path(impulsekit.reference.__file__).parent.glob("*.py"))
+MAXIMAL = Path(__file__).parents[1] / "truths" / "maximal.py"
+FILES = [*sorted(Path(impulsekit.reference.__file__).parent.glob("*.py")), MAXIMAL]
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
@@ -56,6 +57,7 @@ else:
     raise SystemExit("the block does not hold")
 
 from impulsekit.reference import *
+from tests.truths.maximal import impact_of_free_bodies
 
 urdf, rod = sys.argv[1:]
 for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(60),
@@ -93,5 +95,6 @@ def test_it_works_in_full_where_pinocchio_cannot_be_imported():
         text=True,
         timeout=120,
         check=False,
+        cwd=MAXIMAL.parents[2],
     )
     assert done.stdout == "in full\n", done.stderr

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from impulsekit.errors import ContradictionError
-from impulsekit.reference import Arithmetic, KaneSystem, Load, impact_of_free_bodies
+from impulsekit.reference import Arithmetic, KaneSystem, Load
+from tests.truths.maximal import impact_of_free_bodies
 
 from .models import (
     EVERY_KIND,
