@@ -14,7 +14,6 @@ from functools import partial
 
 import numpy as np
 
-from impulsekit.batch.solve import warm_up
 from impulsekit.compliance.curves import PowerCurve
 from impulsekit.compliance.history import force_history
 from impulsekit.compliance.peaks import peak_forces
@@ -103,14 +102,12 @@ def batch_of_forces(name: str) -> Times:
 def one_peak(problem: Problem) -> Callable[[], float]:
     """The peak force of a state, as a call."""
     curve = spring_of(problem)
-    warm_up(problem.scene)
     return lambda: force_history(solve(problem.scene, problem.q, problem.v), curve).peak_force
 
 
 def many_peaks(problem: Problem, v: np.ndarray) -> Callable[[], object]:
     """The peak forces at some velocities, as a call; a configuration for each, as theirs have."""
     states, curve = np.repeat(problem.q[None], len(v), axis=0), spring_of(problem)
-    warm_up(problem.scene)
     return partial(peak_forces, problem.scene, states, v, curve, threads=1)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from impulsekit.batch.long import long_chain
-from impulsekit.batch.solve import solve_batch, warm_up
+from impulsekit.batch.solve import solve_batch
 from impulsekit.checking import check
 from impulsekit.impact import solve
 from impulsekit.impact.derivatives import derivatives
@@ -115,7 +115,6 @@ def batch_of(feet: int, law: Law) -> Times:
     solo = Robot.from_example("solo12", root="freeflyer")
     contacts = [Contact(foot, friction=0.6, restitution=0.3) for foot in FEET[:feet]]
     scene = Scene(solo, contacts=contacts, law=law)
-    warm_up(scene)
     rng = np.random.default_rng(0)
     steps = rng.uniform(-1.0, 1.0, (4096, solo.nv))
     q = np.array([pin.integrate(solo.model, solo.neutral(), step) for step in steps])
@@ -151,7 +150,6 @@ def falling_talos(count: int) -> tuple[Scene, np.ndarray, np.ndarray]:
 def reactions_of_a_fall() -> Times:
     """What every joint of Talos carries when it falls on its hands: a batch against a loop."""
     scene, q, v = falling_talos(1000)
-    warm_up(scene)
     joints = scene.robot.joint_names
 
     def one_by_one() -> None:

@@ -14,6 +14,8 @@
 
 namespace impulsekit {
 
+// Steps between bodies are inlined: eight numbers side by side pass between them in registers.
+
 template <typename S>
 struct Articulated {
     Sym3<S> linear;   // M
@@ -23,7 +25,7 @@ struct Articulated {
 
 // R A Rᵀ of M, H and I, R about z; about x with the names of the axes moved on by one.
 template <typename S, typename T>
-Sym3<S> turned_about_z(const Sym3<S>& m, const T& c, const T& s) {
+[[gnu::always_inline]] inline Sym3<S> turned_about_z(const Sym3<S>& m, const T& c, const T& s) {
     const S a = c * m.xx - s * m.xy, b = c * m.xy - s * m.yy;
     const S d = s * m.xx + c * m.xy, e = s * m.xy + c * m.yy;
     return {c * a - s * b, s * a + c * b,       c * m.xz - s * m.yz,
@@ -31,17 +33,18 @@ Sym3<S> turned_about_z(const Sym3<S>& m, const T& c, const T& s) {
 }
 
 template <typename S, typename T>
-Vec3<S> vector_about_z(const Vec3<S>& a, const T& c, const T& s) {
+[[gnu::always_inline]] inline Vec3<S> vector_about_z(const Vec3<S>& a, const T& c, const T& s) {
     return {c * a.x - s * a.y, s * a.x + c * a.y, a.z};
 }
 
 template <typename S>
-Vec3<S> vector_about_x(const Vec3<S>& a, double c, double s) {
+[[gnu::always_inline]] inline Vec3<S> vector_about_x(const Vec3<S>& a, double c, double s) {
     return {a.x, c * a.y - s * a.z, s * a.y + c * a.z};
 }
 
 template <typename S, typename T>
-Articulated<S> turned_about_z(const Articulated<S>& a, const T& c, const T& s) {
+[[gnu::always_inline]] inline Articulated<S> turned_about_z(const Articulated<S>& a, const T& c,
+                                                            const T& s) {
     const Mat3<S>& h = a.coupled;
     const Vec3<S> x = vector_about_z(h.x, c, s), y = vector_about_z(h.y, c, s);
     return {turned_about_z(a.linear, c, s),
@@ -50,13 +53,14 @@ Articulated<S> turned_about_z(const Articulated<S>& a, const T& c, const T& s) {
 }
 
 template <typename S>
-Sym3<S> turned_about_x(const Sym3<S>& m, double c, double s) {
+[[gnu::always_inline]] inline Sym3<S> turned_about_x(const Sym3<S>& m, double c, double s) {
     const Sym3<S> n = turned_about_z(Sym3<S>{m.yy, m.yz, m.xy, m.zz, m.xz, m.xx}, c, s);
     return {n.zz, n.xz, n.yz, n.xx, n.xy, n.yy};
 }
 
 template <typename S>
-Articulated<S> turned_about_x(const Articulated<S>& a, double c, double s) {
+[[gnu::always_inline]] inline Articulated<S> turned_about_x(const Articulated<S>& a, double c,
+                                                            double s) {
     const Mat3<S>& h = a.coupled;
     const Vec3<S> y = vector_about_x(h.y, c, s), z = vector_about_x(h.z, c, s);
     return {turned_about_x(a.linear, c, s),
@@ -64,10 +68,11 @@ Articulated<S> turned_about_x(const Articulated<S>& a, double c, double s) {
             turned_about_x(a.angular, c, s)};
 }
 
-// About the point from which its own stands at an arm r:
+// Add to an inertia another one, whose point stands at an arm r from its own:
 // G = H − M [r]×, I + [r]× G + ([r]× H)ᵀ.
 template <typename S>
-Articulated<S> moved(const Articulated<S>& a, const Vec3<S>& r) {
+[[gnu::always_inline]] inline void add_moved(const Articulated<S>& a, const Vec3<S>& r,
+                                             Articulated<S>& to) {
     const Sym3<S>& m = a.linear;
     const Mat3<S>& h = a.coupled;
     // Rows of M [r]× are m × r.
@@ -75,15 +80,39 @@ Articulated<S> moved(const Articulated<S>& a, const Vec3<S>& r) {
                   t = cross(Vec3<S>{m.xz, m.yz, m.zz}, r);
     const Mat3<S> g{h.x - Vec3<S>{p.x, q.x, t.x}, h.y - Vec3<S>{p.y, q.y, t.y},
                     h.z - Vec3<S>{p.z, q.z, t.z}};
-    const Sym3<S>& i = a.angular;
-    return {m,
-            g,
-            {i.xx + (r.y * g.x.z - r.z * g.x.y) + (r.y * h.x.z - r.z * h.x.y),
-             i.xy + (r.y * g.y.z - r.z * g.y.y) + (r.z * h.x.x - r.x * h.x.z),
-             i.xz + (r.y * g.z.z - r.z * g.z.y) + (r.x * h.x.y - r.y * h.x.x),
-             i.yy + (r.z * g.y.x - r.x * g.y.z) + (r.z * h.y.x - r.x * h.y.z),
-             i.yz + (r.z * g.z.x - r.x * g.z.z) + (r.x * h.y.y - r.y * h.y.x),
-             i.zz + (r.x * g.z.y - r.y * g.z.x) + (r.x * h.z.y - r.y * h.z.x)}};
+    to.linear = to.linear + m;
+    to.coupled.x += g.x;
+    to.coupled.y += g.y;
+    to.coupled.z += g.z;
+    Sym3<S>& i = to.angular;
+    const Sym3<S>& own = a.angular;
+    i.xx += own.xx + (r.y * (g.x.z + h.x.z) - r.z * (g.x.y + h.x.y));
+    i.xy += own.xy + ((r.y * g.y.z - r.z * g.y.y) + (r.z * h.x.x - r.x * h.x.z));
+    i.xz += own.xz + ((r.y * g.z.z - r.z * g.z.y) + (r.x * h.x.y - r.y * h.x.x));
+    i.yy += own.yy + (r.z * (g.y.x + h.y.x) - r.x * (g.y.z + h.y.z));
+    i.yz += own.yz + ((r.z * g.z.x - r.x * g.z.z) + (r.x * h.y.y - r.y * h.y.x));
+    i.zz += own.zz + (r.x * (g.z.y + h.z.y) - r.y * (g.z.x + h.z.x));
+}
+
+// What the freeing of a joint about z without armature leaves: all along z is nothing.
+template <typename S>
+struct Turned {
+    Sym3<S> linear;
+    Vec3<S> x, y;  // columns of H
+    S xx, xy, yy;  // of I
+};
+
+template <typename S>
+[[gnu::always_inline]] inline Turned<S> turned_about_z(const Turned<S>& a, const S& c, const S& s) {
+    const Vec3<S> x = vector_about_z(a.x, c, s), y = vector_about_z(a.y, c, s);
+    const S p = c * a.xx - s * a.xy, q = c * a.xy - s * a.yy;
+    const S t = s * a.xx + c * a.xy, u = s * a.xy + c * a.yy;
+    return {turned_about_z(a.linear, c, s),
+            x * c - y * s,
+            x * s + y * c,
+            c * p - s * q,
+            s * p + c * q,
+            s * t + c * u};
 }
 
 // U = A s and 1/D of a slot, and u, the impulse along it that is not borne yet.
@@ -116,7 +145,7 @@ struct ArticulatedTree {
     // How bodies stand at q (nq), and their own inertias.
     void place(const S* q) {
         for (int k = 1; k < count(); ++k) {
-            stance[k] = stance_of(model.bodies[k], q);
+            set_stance(model.bodies[k], q, stance[k]);
             set_inertia(k, inertia_of<S>(model.bodies[k]));
         }
     }
@@ -133,18 +162,18 @@ struct ArticulatedTree {
     void factor() {
         for (int k = count() - 1; k > 0; --k) {
             const Body& body = model.bodies[k];
-            Articulated<S> a = inertia[k];
-            if (body.turns_about_z())
-                free_turn(body.slot, a);
-            else
+            Articulated<S>& a = inertia[k];
+            if (body.turns_about_z() && model.slots[body.slot].armature == 0.0) {
+                const Turned<S> left = free_turn(body.slot, a);
+                if (body.parent > 0)
+                    add_moved(turned_inwards(body, stance[k], left), shift_of(body, stance[k]),
+                              inertia[body.parent]);
+            } else {
                 free_all(body, a);
-            if (body.parent == 0) continue;
-            Articulated<S>& above = inertia[body.parent];
-            const Articulated<S> b = moved(turned_inwards(body, stance[k], a), stance[k].shift);
-            above.linear = above.linear + b.linear;
-            above.coupled = {above.coupled.x + b.coupled.x, above.coupled.y + b.coupled.y,
-                             above.coupled.z + b.coupled.z};
-            above.angular = above.angular + b.angular;
+                if (body.parent > 0)
+                    add_moved(turned_inwards(body, stance[k], a), shift_of(body, stance[k]),
+                              inertia[body.parent]);
+            }
         }
     }
 
@@ -190,25 +219,40 @@ struct ArticulatedTree {
     }
 
   private:
-    // A − U Uᵀ/D; along what is freed A is U times armature/D, nothing where there is none.
-    void free_turn(int at, Articulated<S>& a) {
-        const double armature = model.slots[at].armature;
+    [[gnu::always_inline]] Turned<S> free_turn(int at, const Articulated<S>& a) {
         Freed<S>& slot = slots[at];
         const Vec3<S> h = a.coupled.z, i{a.angular.xz, a.angular.yz, a.angular.zz};
         slot.u = {h, i};
-        slot.inverse = 1.0 / (i.z + armature);
+        slot.inverse = 1.0 / i.z;
         const Vec3<S> p = h * slot.inverse;
-        const S x = i.x * slot.inverse, y = i.y * slot.inverse, left = slot.inverse * armature;
-        Sym3<S>& m = a.linear;
-        m = {m.xx - p.x * h.x, m.xy - p.x * h.y, m.xz - p.x * h.z,
-             m.yy - p.y * h.y, m.yz - p.y * h.z, m.zz - p.z * h.z};
-        a.coupled = {a.coupled.x - p * i.x, a.coupled.y - p * i.y, h * left};
-        a.angular = {a.angular.xx - x * i.x,
-                     a.angular.xy - x * i.y,
-                     i.x * left,
-                     a.angular.yy - y * i.y,
-                     i.y * left,
-                     i.z * left};
+        const S x = i.x * slot.inverse, y = i.y * slot.inverse;
+        const Sym3<S>& m = a.linear;
+        return {{m.xx - p.x * h.x, m.xy - p.x * h.y, m.xz - p.x * h.z, m.yy - p.y * h.y,
+                 m.yz - p.y * h.z, m.zz - p.z * h.z},
+                a.coupled.x - p * i.x,
+                a.coupled.y - p * i.y,
+                a.angular.xx - x * i.x,
+                a.angular.xy - x * i.y,
+                a.angular.yy - y * i.y};
+    }
+
+    [[gnu::always_inline]] static Articulated<S> turned_inwards(const Body& body,
+                                                                const Stance<S>& to,
+                                                                const Turned<S>& left) {
+        const Turned<S> a = turned_about_z(left, to.cosine, to.sine);
+        const S zero{};
+        const double c = body.alpha[0], s = body.alpha[1];
+        Articulated<S> b;
+        if (body.about_x) {
+            const Vec3<S> y = vector_about_x(a.y, c, s);
+            const S high = s * a.yy;
+            b = {turned_about_x(a.linear, c, s),
+                 {vector_about_x(a.x, c, s), y * c, y * s},
+                 {a.xx, c * a.xy, s * a.xy, c * c * a.yy, c * high, s * high}};
+        } else {
+            b = {a.linear, {a.x, a.y, {zero, zero, zero}}, {a.xx, a.xy, zero, a.yy, zero, zero}};
+        }
+        return body.about_z ? turned_about_z(b, body.beta[0], body.beta[1]) : b;
     }
 
     // The columns of A as twists; one direction after the other is freed, the last first.
@@ -290,11 +334,11 @@ struct ArticulatedTree {
 
     Spatial<S> inwards(int k, const Spatial<S>& f) const {
         const Spatial<S> turned{turned_inwards(k, f.linear), turned_inwards(k, f.angular)};
-        return wrench_about(turned, stance[k].shift);
+        return wrench_about(turned, shift_of(model.bodies[k], stance[k]));
     }
 
     Spatial<S> outwards(int k, const Spatial<S>& v) const {
-        const Spatial<S> there = twist_at(v, stance[k].shift);
+        const Spatial<S> there = twist_at(v, shift_of(model.bodies[k], stance[k]));
         return {turned_outwards(k, there.linear), turned_outwards(k, there.angular)};
     }
 

@@ -21,10 +21,32 @@ inline Mat3<double> contact_axes(const Vec3<double>& n) {
     return {t, cross(n, t), n};
 }
 
+// The shortest way out of a core from a point within: its direction, and how long it is.
+inline Vec3<double> way_out(const Ball& ball, const Vec3<double>& c, double& length) {
+    const auto sign = [](double x) { return x < 0.0 ? -1.0 : 1.0; };
+    const double* size = ball.size;
+    length = 0.0;
+    if (ball.kind == Ball::capsule) return {1.0, 0.0, 0.0};
+    if (ball.kind == Ball::cylinder) {
+        const double out = std::hypot(c.x, c.y), to_end = size[1] - std::abs(c.z);
+        length = std::min(size[0] - out, to_end);
+        if (length == to_end) return {0.0, 0.0, sign(c.z)};
+        if (!(out > 0.0)) return {1.0, 0.0, 0.0};
+        return {c.x / out, c.y / out, 0.0};
+    }
+    if (ball.kind == Ball::ball) return {0.0, 0.0, 1.0};
+    const double x = size[0] - std::abs(c.x), y = size[1] - std::abs(c.y),
+                 z = size[2] - std::abs(c.z);
+    length = std::min({x, y, z});
+    if (length == x) return {sign(c.x), 0.0, 0.0};
+    if (length == y) return {0.0, sign(c.y), 0.0};
+    return {0.0, 0.0, sign(c.z)};
+}
+
 // Where a ball meets a shape, in the shape's axes: the point halfway between the surfaces, the
-// normal towards the ball's centre c, and the gap; NaN where the centre lies within the core. A
-// shape is a core and a radius around it: of a ball a point, of a capsule a segment, of a box or a
-// cylinder the whole.
+// normal towards the ball's centre c, and the gap. A shape is a core and a radius around it: of a
+// ball a point, of a capsule a segment, of a box or a cylinder the whole. From within a core the
+// shortest way out counts.
 inline double meet_ball(const Ball& ball, const Vec3<double>& c, Vec3<double>& point,
                         Vec3<double>& normal) {
     const double a = ball.size[0], b = ball.size[1], d = ball.size[2];
@@ -42,9 +64,11 @@ inline double meet_ball(const Ball& ball, const Vec3<double>& c, Vec3<double>& p
     const Vec3<double> way = c - core;
     const double length = std::sqrt(dot(way, way));
     if (!(length > 0.0)) {
-        normal = {0.0, 0.0, 1.0};
-        point = core + normal * around;
-        return NAN;
+        double out = 0.0;
+        normal = way_out(ball, c, out);
+        const double gap = -out - around - ball.radius;
+        point = core + normal * (out + around + 0.5 * gap);
+        return gap;
     }
     normal = {way.x / length, way.y / length, way.z / length};
     const double gap = length - around - ball.radius;

@@ -14,10 +14,10 @@ using Matrix = Mat3<double>;
 // Sines below this are rounding; axes that differ by less do not say well what is across them.
 constexpr double kRounding = 4e-16, kSmallestAngle = 1e-6;
 
-constexpr int kFreedoms[] = {1, 1, 1, 1, 3, 6, 3, 3};
-constexpr int kCoordinates[] = {1, 2, 1, 1, 4, 7, 4, 3};
-constexpr int kDirections[][6] = {{5},       {5},      {2}, {5}, {3, 4, 5}, {0, 1, 2, 3, 4, 5},
-                                  {0, 1, 5}, {0, 1, 2}};
+constexpr int kFreedoms[] = {1, 1, 1, 1, 3, 6, 3, 3, 3};
+constexpr int kCoordinates[] = {1, 2, 1, 1, 4, 7, 4, 3, 3};
+constexpr int kDirections[][6] = {
+    {5}, {5}, {2}, {5}, {3, 4, 5}, {0, 1, 2, 3, 4, 5}, {0, 1, 5}, {0, 1, 2}, {3, 4, 5}};
 
 bool has_axis(int joint) { return joint <= static_cast<int>(Joint::helix); }
 
@@ -112,6 +112,8 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
         body.slot = static_cast<int>(model.slots.size());
         body.freedoms = freedoms_of(body.joint);
         body.pitch = from.pitch;
+        std::copy(from.axis, from.axis + 3, body.radius);
+        model.has_ellipsoids = model.has_ellipsoids || body.joint == Joint::ellipsoid;
         body.ratio = from.ratio;
         body.offset = from.offset;
         const Matrix &turn = turns[k], to_own = transposed(turn);

@@ -20,6 +20,7 @@ enum class Joint {
     free,         // 7: place and quaternion
     planar,       // 4: x, y, cosine, sine
     translation,  // 3
+    ellipsoid,    // 3: turns about x, y, z in turn while its origin runs over an ellipsoid
 };
 
 struct Body {
@@ -39,6 +40,7 @@ struct Body {
     double inertia[6] = {};            // about the joint: xx, xy, xz, yy, yz, zz [kg m²]
     double pitch = 0.0;                // of a helix [m/rad]
     double ratio = 1.0, offset = 0.0;  // of one that follows another: q = ratio q' + offset
+    double radius[3] = {};             // of an ellipsoid [m]
     double turn[9] = {};               // from these axes of the body to those of its joint
 
     bool turns_about_z() const { return joint == Joint::angle || joint == Joint::circle; }
@@ -58,7 +60,7 @@ struct Slot {
 
 struct Model {
     int nq = 0, nv = 0;
-    bool has_followers = false;
+    bool has_followers = false, has_ellipsoids = false;
     std::vector<Body> bodies;   // the world first
     std::vector<Slot> slots;    // in the order of the bodies
     std::vector<int> parent_v;  // (nv) degree of freedom that each hangs on, for factors of M
@@ -67,7 +69,8 @@ struct Model {
 // A body as it is given: in the axes of its joint, which are those of Pinocchio.
 struct GivenBody {
     int parent = 0, joint = 0, q = 0, v = 0;
-    double axis[3], rotation[9], shift[3], mass, moment[3], inertia[6], pitch, ratio, offset;
+    double axis[3];  // radii of an ellipsoid
+    double rotation[9], shift[3], mass, moment[3], inertia[6], pitch, ratio, offset;
 };
 
 // The tables of a tree. `armature`: (nv) [kg m², kg]. Bodies that follow others have the v of

@@ -87,7 +87,7 @@ struct Dual {
 
 inline double root(double x) { return std::sqrt(x); }
 inline Pack root(const Pack& x) {
-    Pack y;
+    Pack y = x;
     for (int k = 0; k < kLanes; ++k) y[k] = std::sqrt(x[k]);
     return y;
 }
@@ -95,6 +95,13 @@ template <int N>
 Dual<N> root(const Dual<N>& x) {
     const double y = std::sqrt(x.value);
     return Dual<N>::along(y, 0.5 / y, x);
+}
+
+inline bool any(bool x) { return x; }
+inline bool any(const PackBits& x) {
+    std::int64_t all = 0;
+    for (int k = 0; k < kLanes; ++k) all |= x[k];
+    return all != 0;
 }
 
 // Angles above this are reduced by libm: the parts of π/2 below carry no more digits.
@@ -139,6 +146,7 @@ void sine_cosine(const S& x, S& sine, S& cosine) {
     const S first = swapped ? c : s, second = swapped ? s : c;
     sine = below ? -first : first;
     cosine = left ? -second : second;
+    if (!any(x * x > kLargestAngle * kLargestAngle)) return;
     for (int lane = 0; lane < Number<S>::lanes; ++lane) {
         const double angle = Number<S>::get(x, lane);
         if (std::abs(angle) <= kLargestAngle) continue;
@@ -162,7 +170,10 @@ struct Vec3 {
     Vec3 operator+(const Vec3& b) const { return {x + b.x, y + b.y, z + b.z}; }
     Vec3 operator-(const Vec3& b) const { return {x - b.x, y - b.y, z - b.z}; }
     Vec3 operator-() const { return {-x, -y, -z}; }
-    Vec3 operator*(const S& a) const { return {x * a, y * a, z * a}; }
+    template <typename T>
+    Vec3 operator*(const T& a) const {
+        return {x * a, y * a, z * a};
+    }
     Vec3& operator+=(const Vec3& b) { return *this = *this + b; }
     Vec3& operator-=(const Vec3& b) { return *this = *this - b; }
 };

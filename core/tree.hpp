@@ -88,8 +88,32 @@ Mat3<S> about_x(const Mat3<S>& r, double c, double s) {
             {r.z.x * c - r.y.x * s, r.z.y * c - r.y.y * s, r.z.z * c - r.y.z * s}};
 }
 
-// How a body stands to its parent: cosine and sine of γ + θ where it turns about z alone, else a
-// rotation; and its origin.
+// An ellipsoid's joint: its origin at p = (a sin q₁, −b sin q₀ cos q₁, c cos q₀ cos q₁), with
+// derivatives, and the axes Rx(q₀) Ry(q₁).
+template <typename S>
+struct Ellipsoid {
+    Vec3<S> place, by_first, by_second, twice_first, both, twice_second;
+    Vec3<S> second_axis;  // about which q₁ turns
+    Mat3<S> axes;
+
+    Ellipsoid(const Body& body, const S* q) {
+        const double a = body.radius[0], b = body.radius[1], c = body.radius[2];
+        S s0, c0, s1, c1;
+        sine_cosine(q[0], s0, c0);
+        sine_cosine(q[1], s1, c1);
+        place = {a * s1, -(b * (s0 * c1)), c * (c0 * c1)};
+        by_first = {S{}, -(b * (c0 * c1)), -(c * (s0 * c1))};
+        by_second = {a * c1, b * (s0 * s1), -(c * (c0 * s1))};
+        twice_first = {S{}, b * (s0 * c1), -(c * (c0 * c1))};
+        both = {S{}, b * (c0 * s1), c * (s0 * s1)};
+        twice_second = {-(a * s1), b * (s0 * c1), -(c * (c0 * c1))};
+        second_axis = {S{}, c0, s0};
+        axes = {{c1, s0 * s1, -(c0 * s1)}, second_axis, {s1, -(s0 * c1), c0 * c1}};
+    }
+};
+
+// How a body stands to its parent: cosine and sine of γ + θ where it turns about z alone; else a
+// rotation and its origin.
 template <typename S>
 struct Stance {
     S cosine{}, sine{};
@@ -98,23 +122,20 @@ struct Stance {
 };
 
 template <typename S>
-Stance<S> stance_of(const Body& body, const S* all) {
+void set_stance(const Body& body, const S* all, Stance<S>& to) {
     const S* q = all + body.q;
-    Stance<S> to;
-    to.shift = vec3<S>(body.shift);
-    S c{}, s{}, own = q[0];
-    if (body.is_scalar()) own = body.ratio * own + body.offset;
+    S c = q[0], s{};
+    if (body.is_scalar()) c = body.ratio * c + body.offset;
+    const S own = c;
+    if (body.joint == Joint::circle) s = q[1];
     if (body.joint == Joint::angle || body.joint == Joint::helix) sine_cosine(own, s, c);
-    if (body.joint == Joint::circle) {
-        c = q[0];
-        s = q[1];
-    }
     if (body.turns_about_z()) {
         to.cosine = body.gamma[0] * c - body.gamma[1] * s;
         to.sine = body.gamma[1] * c + body.gamma[0] * s;
-        return to;
+        return;
     }
     const Mat3<S> f = mat3<S>(body.rotation);
+    to.shift = vec3<S>(body.shift);
     to.rotation = f;
     switch (body.joint) {
         case Joint::slide:
@@ -135,10 +156,21 @@ Stance<S> stance_of(const Body& body, const S* all) {
             to.shift += f.x * q[0] + f.y * q[1];
             to.rotation = about_z(f, q[2], q[3]);
             break;
-        default:
+        case Joint::translation:
             to.shift += f * Vec3<S>{q[0], q[1], q[2]};
+            break;
+        default: {
+            const Ellipsoid<S> e(body, q);
+            to.shift += f * e.place;
+            sine_cosine(q[2], s, c);
+            to.rotation = about_z(Mat3<S>{f * e.axes.x, f * e.axes.y, f * e.axes.z}, c, s);
+        }
     }
-    return to;
+}
+
+template <typename S>
+Vec3<S> shift_of(const Body& body, const Stance<S>& to) {
+    return body.turns_about_z() ? vec3<S>(body.shift) : to.shift;
 }
 
 template <typename S>
@@ -160,6 +192,7 @@ struct Tree {
     std::vector<Spatial<S>> column;    // (slots) the twist of a slot's body at unit speed
     std::vector<Inertia<S>> gathered;  // of each body with all that hangs on it
     std::vector<Spatial<S>> twist, rate, wrench;
+    std::vector<Vec3<S>> bend;  // second derivatives of an ellipsoid's origin: 00, 01, 11
 
     explicit Tree(const Model& m)
         : model(m),
@@ -170,20 +203,23 @@ struct Tree {
           gathered(m.bodies.size()),
           twist(m.bodies.size()),
           rate(m.bodies.size()),
-          wrench(m.bodies.size()) {}
+          wrench(m.bodies.size()),
+          bend(m.has_ellipsoids ? 3 * m.bodies.size() : 0) {}
 
     int count() const { return static_cast<int>(model.bodies.size()); }
 
     // Places and columns at q (nq).
     void place(const S* q) {
+        Stance<S> to;
         for (int k = 1; k < count(); ++k) {
             const Body& body = model.bodies[k];
-            const Stance<S> to = stance_of(body, q);
-            arm[k] = rotation[body.parent] * to.shift;
+            set_stance(body, q, to);
+            arm[k] = rotation[body.parent] * shift_of(body, to);
             if (k == 1) origin[0] = goes_anywhere(body) ? -arm[1] : Vec3<S>{};
             origin[k] = origin[body.parent] + arm[k];
             rotation[k] = turned_on(rotation[body.parent], body, to);
             write_columns(k);
+            if (body.joint == Joint::ellipsoid) write_ellipsoid(k, q + body.q);
         }
     }
 
@@ -249,6 +285,7 @@ struct Tree {
                 cross(own.angular, joint.linear) + cross(own.linear, joint.angular),
                 cross(own.angular, joint.angular)};
             rate[k] = twist_at(rate[body.parent], arm[k]) + turning;
+            if (body.joint == Joint::ellipsoid) rate[k] += bending(k, v);
             const Inertia<S> inertia = in_world(k, inertia_of<S>(body));
             const Spatial<S> momentum = inertia * own;
             // v × I v, of forces.
@@ -299,6 +336,30 @@ struct Tree {
                 column[a].angular = axis;
             if (body.joint == Joint::helix) column[a].linear = axis * number<S>(body.pitch);
         }
+    }
+
+    void write_ellipsoid(int k, const S* q) {
+        const Body& body = model.bodies[k];
+        const Ellipsoid<S> e(body, q);
+        const Mat3<S> f = rotation[body.parent] * mat3<S>(body.rotation);
+        column[body.slot] = {f * e.by_first, f.x};
+        column[body.slot + 1] = {f * e.by_second, f * e.second_axis};
+        bend[3 * k] = f * e.twice_first;
+        bend[3 * k + 1] = f * e.both;
+        bend[3 * k + 2] = f * e.twice_second;
+    }
+
+    // Ṡ q̇ of an ellipsoid as its parent sees it: p̈ − ω × ṗ and ω̇.
+    Spatial<S> bending(int k, const S* v) const {
+        const Body& body = model.bodies[k];
+        const Spatial<S>* s = column.data() + body.slot;
+        const S* u = v + model.slots[body.slot].v;
+        const Spatial<S> joint = of_joint(body, v);
+        const Vec3<S> first = s[0].angular * u[0], second = s[1].angular * u[1],
+                      third = s[2].angular * u[2];
+        return {bend[3 * k] * (u[0] * u[0]) + bend[3 * k + 1] * (2.0 * u[0] * u[1]) +
+                    bend[3 * k + 2] * (u[1] * u[1]) - cross(joint.angular, joint.linear),
+                cross(first, second) + cross(first + second, third)};
     }
 
     // Slots of one chain that stand for one entry of v meet on the diagonal.

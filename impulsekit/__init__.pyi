@@ -9,7 +9,6 @@ from .batch.motions.result import MotionBatch as MotionBatch
 from .batch.motions.simulate import simulate_batch as simulate_batch
 from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
-from .batch.solve import warm_up as warm_up
 from .checking import check as check
 from .compliance import Hertz as Hertz
 from .compliance import HuntCrossley as HuntCrossley

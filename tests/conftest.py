@@ -7,20 +7,11 @@ import sys
 import pytest
 from hypothesis import settings
 
-from impulsekit.batch.meanwhile import by_kernels_only
-
 from .view.browser import browser
 
 # The same scenes on every run: a failure is a fault of the change at hand, not of the day.
 settings.register_profile("seeded", derandomize=True)
 settings.load_profile("seeded")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def kernels():
-    """What is tested of batches are their kernels, compiled if need be."""
-    with by_kernels_only():
-        yield
 
 
 @pytest.fixture(scope="session")

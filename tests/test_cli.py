@@ -334,18 +334,6 @@ def test_a_report_of_a_robot_at_rest_has_no_noise(solve):
     assert np.isfinite(float(re.search(r"after +(\S+)", result.stdout)[1]))
 
 
-# warm-up
-
-
-@pytest.mark.slow
-def test_a_warm_up_compiles_all_laws_and_kernels_once():
-    result = run("warm-up")
-    assert result.exit_code == 0, result.stderr
-    lines = result.stdout.splitlines()
-    assert lines[0].startswith("motions: ") and lines[-1].startswith("collisions, float64: ")
-    assert any(line.startswith("stronge path sequential") for line in lines)
-
-
 def test_a_scene_is_solved_where_the_shell_has_closed_the_output():
     done = subprocess.run(
         f'"{sys.executable}" -m impulsekit solve "{CHAIN}" >&-', shell=True, cwd=ROOT,

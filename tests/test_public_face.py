@@ -52,7 +52,6 @@ FIRST_HOUR = [
     "derivatives",
     "saltation",
     "sensitivity",
-    "warm_up",
     "load_scene",
     "save_scene",
     "Impact",

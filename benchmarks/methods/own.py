@@ -10,8 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from impulsekit.batch.long import long_tree
-from impulsekit.batch.plans import plan_batch
-from impulsekit.batch.solve import solve_batch, warm_up
+from impulsekit.batch.solve import solve_batch
 from impulsekit.checking.demands import constraint_rows, known_impulses
 from impulsekit.checking.system import reference_robot
 from impulsekit.errors import ImpulsekitError, SetupWarning
@@ -69,8 +68,8 @@ def _solver(problem: Problem) -> Answer:
 
 
 def _is_batched(problem: Problem) -> bool:
-    """Whether the kernels know the scene."""
-    return _is_impact(problem) and plan_batch(problem.scene)[0] is not None
+    """Whether it is a scene at one instant."""
+    return _is_impact(problem)
 
 
 def _batch(
@@ -86,7 +85,6 @@ def _batch(
     q[0] = problem.q
     v = problem.v * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, (states, robot.nv)))
     v[0] = problem.v
-    warm_up(problem.scene)
     return lambda: solve_batch(problem.scene, q, v, threads=threads).v_after[0]
 
 

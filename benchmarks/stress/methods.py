@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from impulsekit.batch.meanwhile import by_kernels_only
 from impulsekit.batch.solve import solve_batch
 from impulsekit.errors import ImpulsekitError
 from impulsekit.impact import solve
@@ -81,7 +80,7 @@ def _by_batch(case: Case) -> list[Found]:
         outputs.append("contact_impulses")
     start = time.perf_counter()
     try:
-        with np.errstate(all="ignore"), by_kernels_only():
+        with np.errstate(all="ignore"):
             batch = solve_batch(scene, case.q, case.v, outputs=outputs, threads=1)
     except ImpulsekitError as error:
         each = Found(None, type(error).__name__, False, time.perf_counter() - start)

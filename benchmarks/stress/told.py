@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impulsekit.batch.meanwhile import by_kernels_only
 from impulsekit.batch.solve import solve_batch
 from impulsekit.errors import ImpulsekitError
 from impulsekit.impact import Impact
@@ -56,10 +55,10 @@ def told(call: Callable[[], Impact], *, others: bool = False) -> Told:
 def told_by_batch(scene: Scene, q: np.ndarray, v: np.ndarray) -> list[Told]:
     """What ``solve_batch`` says of states q (B, nq), v (B, nv)."""
     start = time.perf_counter()
-    with by_kernels_only():
-        batch = solve_batch(scene, q, v, outputs=["dv", "contact_impulses"], threads=1)
+    outputs = ["dv", "contact_impulses", "uniqueness"]
+    batch = solve_batch(scene, q, v, outputs=outputs, threads=1)
     seconds = (time.perf_counter() - start) / len(v)
-    others = batch.uniqueness if batch.uniqueness is not None else np.zeros(len(v))
+    others = batch.uniqueness
     found = zip(map(Status, batch.status.tolist()), others, v + batch.dv, strict=True)
     return [
         Told(status.name, status.valid, status.obeys_law, int(other) == SEVERAL, after, seconds)

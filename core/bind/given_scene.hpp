@@ -1,10 +1,18 @@
 // A scene as Python holds it: filled entry by entry, then asked for its rows.
 #pragma once
 
+#include <nanobind/stl/pair.h>
+
+#include <utility>
+
 #include "bind/arrays.hpp"
+#include "numbers.hpp"
 #include "scene.hpp"
 
 namespace impulsekit {
+
+// A body of the model, and rotation and point of a frame in the axes of its joint.
+using GivenSite = std::pair<int, Array>;
 
 struct GivenScene {
     Model model;
@@ -23,5 +31,10 @@ struct GivenArrays {
 
     GivenState state() const;
 };
+
+void check_body(const Model& model, int body);
+// A direction in the axes of a joint, in those of its body.
+void to_body(const Model& model, int body, const double* in, double* out);
+Site site_of(const Model& model, const GivenSite& given);
 
 }  // namespace impulsekit

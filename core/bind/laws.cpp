@@ -5,6 +5,8 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/vector.h>
 
+#include <functional>
+#include <memory>
 #include <optional>
 
 #include "laws/path.hpp"
@@ -15,20 +17,6 @@ namespace nb = nanobind;
 
 namespace impulsekit {
 namespace {
-
-// Friction of one contact: (kind, first, second, axis, axis, function of the slip speed or None).
-Friction friction_of(const nb::tuple& given) {
-    Friction f;
-    f.kind = static_cast<Friction::Kind>(nb::cast<int>(given[0]));
-    f.first = nb::cast<double>(given[1]);
-    f.second = nb::cast<double>(given[2]);
-    f.axis[0] = nb::cast<double>(given[3]);
-    f.axis[1] = nb::cast<double>(given[4]);
-    nb::object function = given[5];
-    if (!function.is_none())
-        f.at_speed = [function](double speed) { return nb::cast<double>(function(speed)); };
-    return f;
-}
 
 ContactProblem posed(const GivenContacts& given, const Array& W, const Array& before,
                      const Array& free) {
@@ -41,6 +29,26 @@ ContactProblem posed(const GivenContacts& given, const Array& W, const Array& be
 }
 
 }  // namespace
+
+// Threads share it: what counts references of Python's stands behind a pointer of its own.
+std::function<double(double)> function_of(const nb::object& function) {
+    auto own = std::make_shared<nb::object>(function);
+    return [own](double x) {
+        const nb::gil_scoped_acquire hold;
+        return nb::cast<double>((*own)(x));
+    };
+}
+
+Friction friction_of(const nb::tuple& given) {
+    Friction f;
+    f.kind = static_cast<Friction::Kind>(nb::cast<int>(given[0]));
+    f.first = nb::cast<double>(given[1]);
+    f.second = nb::cast<double>(given[2]);
+    f.axis[0] = nb::cast<double>(given[3]);
+    f.axis[1] = nb::cast<double>(given[4]);
+    if (!given[5].is_none()) f.at_speed = function_of(given[5]);
+    return f;
+}
 
 ContactProblem GivenContacts::coefficients() const {
     ContactProblem p;

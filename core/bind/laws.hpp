@@ -3,6 +3,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,12 @@ struct GivenContacts {
     // A problem without W and velocities.
     ContactProblem coefficients() const;
 };
+
+// A function of Python's, which any thread may call.
+std::function<double(double)> function_of(const nb::object& function);
+
+// Friction of one contact: (kind, first, second, axis, axis, function of the slip speed or None).
+Friction friction_of(const nb::tuple& given);
 
 GivenContacts contacts_of(const nb::tuple& given, const std::vector<nb::tuple>& models);
 Law law_of(int restitution, int slip, int order, double exponent);

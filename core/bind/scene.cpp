@@ -22,18 +22,6 @@ GivenState GivenArrays::state() const {
     return given;
 }
 
-namespace {
-
-// A body of the model, and rotation and point of a frame in the axes of its joint.
-using GivenSite = std::pair<int, Array>;
-using Terms = std::vector<std::tuple<int, int, double>>;
-
-void copy_numbers(const Array& from, std::size_t size, const char* name, double* to) {
-    const double* data = data_of(from, size, name);
-    std::copy(data, data + size, to);
-}
-
-// Rᵀ of the turn from a body's axes to those of its joint, applied to a direction.
 void to_body(const Model& model, int body, const double* in, double* out) {
     const Vec3<double> own = back(mat3<double>(model.bodies[body].turn), vec3<double>(in));
     out[0] = own.x;
@@ -58,6 +46,15 @@ Site site_of(const Model& model, const GivenSite& given) {
     std::copy(rows, rows + 9, site.axes);
     to_body(model, site.body, numbers + 9, site.point);
     return site;
+}
+
+namespace {
+
+using Terms = std::vector<std::tuple<int, int, double>>;
+
+void copy_numbers(const Array& from, std::size_t size, const char* name, double* to) {
+    const double* data = data_of(from, size, name);
+    std::copy(data, data + size, to);
 }
 
 Pair pair_of(const Model& model, const GivenSite& first, const GivenSite& other, bool coincides,

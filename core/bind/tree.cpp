@@ -24,7 +24,7 @@ Model given_model(const Integers& ints, const Array& floats, const Array& armatu
         body.v = i[3];
         if (body.parent < 0 || body.parent > static_cast<int>(k))
             throw nb::value_error("bodies: a parent comes before its child");
-        if (body.joint < 0 || body.joint > static_cast<int>(Joint::translation))
+        if (body.joint < 0 || body.joint > static_cast<int>(Joint::ellipsoid))
             throw nb::value_error("bodies: there is no such joint");
         const Joint joint = static_cast<Joint>(body.joint);
         if (body.q < 0 || body.q + coordinates_of(joint) > nq || body.v < 0 ||
@@ -98,25 +98,56 @@ std::vector<double> bias(const Model& model, const Array& q, const Array& v, con
     return c;
 }
 
-// Δv of impulses in the joints (nv) and wrenches on bodies (bodies, 6), in the axes of their
-// joints.
-std::vector<double> respond(const Model& model, const Array& q, const Array& impulse,
-                            const Array& wrenches) {
-    if (model.has_followers)
-        throw nb::value_error("joints that follow others tie branches together");
-    ArticulatedTree<double> tree(model);
-    const std::size_t count = model.bodies.size();
-    const double* given = data_of(wrenches, 6 * count, "wrenches");
-    std::vector<char> struck(count, 1);
-    std::vector<double> dv(model.nv);
-    tree.place(data_of(q, model.nq, "q"));
-    tree.factor();
-    for (std::size_t k = 0; k < count; ++k, given += 6) {
-        const Mat3<double> turn = mat3<double>(model.bodies[k].turn);
-        tree.wrench[k] = {back(turn, vec3<double>(given)), back(turn, vec3<double>(given + 3))};
+// Entries of spatial vectors of all bodies but the world.
+std::vector<double> entries_of(const std::vector<Spatial<double>>& all) {
+    std::vector<double> found;
+    found.reserve(6 * all.size());
+    for (std::size_t k = 1; k < all.size(); ++k) {
+        const Spatial<double>& x = all[k];
+        found.insert(found.end(),
+                     {x.linear.x, x.linear.y, x.linear.z, x.angular.x, x.angular.y, x.angular.z});
     }
-    tree.respond(struck.data(), data_of(impulse, model.nv, "impulse"), dv.data());
-    return dv;
+    return found;
+}
+
+// What impulses in joints (nv) and wrenches on some bodies do, these in the axes of their joints:
+// Δv; of each body the twist after and the wrench that its parent gives it, in world axes.
+nb::tuple strike(const Model& model, const Array& q, const Array& v, const Array& impulse,
+                 const Integers& bodies, const Array& wrenches) {
+    if (model.has_followers || model.has_ellipsoids)
+        throw nb::value_error("joints that follow others, and ellipsoids, need the mass matrix");
+    const std::size_t count = bodies.size(), nv = model.nv;
+    const double* given = data_of(wrenches, 6 * count, "wrenches");
+    const double *at = data_of(q, model.nq, "q"), *before = data_of(v, nv, "v");
+    std::vector<char> struck(model.bodies.size(), 1);
+    std::vector<double> dv(nv), after(before, before + nv), along(nv);
+    std::vector<Spatial<double>> outside(model.bodies.size());
+    for (std::size_t i = 0; i < count; ++i, given += 6) {
+        const int k = bodies.data()[i];
+        if (k < 1 || k >= static_cast<int>(model.bodies.size()))
+            throw nb::value_error("there is no such body");
+        const Mat3<double> turn = mat3<double>(model.bodies[k].turn);
+        outside[k] += {back(turn, vec3<double>(given)), back(turn, vec3<double>(given + 3))};
+    }
+    {
+        ArticulatedTree<double> articulated(model);
+        articulated.place(at);
+        articulated.factor();
+        articulated.wrench = outside;
+        articulated.respond(struck.data(), data_of(impulse, nv, "impulse"), dv.data());
+    }
+    Tree<double> tree = placed(model, q);
+    tree.move(dv.data());
+    for (int k = 1; k < tree.count(); ++k) {
+        const Mat3<double>& r = tree.rotation[k];
+        tree.wrench[k] = tree.in_world(k, inertia_of<double>(model.bodies[k])) * tree.twist[k] -
+                         Spatial<double>{r * outside[k].linear, r * outside[k].angular};
+    }
+    tree.gather(along.data());
+    const std::vector<double> reactions = entries_of(tree.wrench);
+    for (std::size_t i = 0; i < nv; ++i) after[i] += dv[i];
+    tree.move(after.data());
+    return nb::make_tuple(array_of(dv), array_of(entries_of(tree.twist)), array_of(reactions));
 }
 
 }  // namespace
@@ -133,6 +164,7 @@ void bind_tree(nb::module_& module) {
         .def_ro("nq", &Model::nq)
         .def_ro("nv", &Model::nv)
         .def_ro("has_followers", &Model::has_followers)
+        .def_ro("has_ellipsoids", &Model::has_ellipsoids)
         .def_prop_ro("parents", [](const Model& m) { return m.parent_v; })
         .def(
             "placements", [](const Model& m, const Array& q) { return array_of(placements(m, q)); },
@@ -150,11 +182,8 @@ void bind_tree(nb::module_& module) {
                 return array_of(bias(m, q, v, gravity));
             },
             nb::arg("q"), nb::arg("v"), nb::arg("gravity"), "(nv) c(q, v).")
-        .def(
-            "respond",
-            [](const Model& m, const Array& q, const Array& impulse, const Array& wrenches) {
-                return array_of(respond(m, q, impulse, wrenches));
-            },
-            nb::arg("q"), nb::arg("impulse"), nb::arg("wrenches"),
-            "(nv) the jump of the velocities by impulses in joints and on bodies.");
+        .def("strike", &strike, nb::arg("q"), nb::arg("v"), nb::arg("impulse"), nb::arg("bodies"),
+             nb::arg("wrenches"),
+             "The jump of the velocities by impulses in joints and on bodies; twists after and "
+             "reactions of all bodies, in world axes.");
 }

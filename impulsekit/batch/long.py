@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._core import Model
 from ..display import one_line
 from ..errors import (
     InputError,
@@ -15,37 +17,55 @@ from ..errors import (
     ShapeError,
     StateError,
     UnknownNameError,
+    a_thing,
     quoted,
 )
+from ..impact.flat.model import ANGLE, BALL, CIRCLE, FREE, PLANAR, SLIDE, flat_model
 from ..robot import Robot
-from ..robot.arrays import floats
+from ..robot.arrays import floats, lock
 from ..rows.entries import Site
 from ..scene import AppliedImpulse, JointImpulse
-from .kernels import layout
-from .long_impact import LongImpact
-from .tree import Tree, joined_tree, tree_of
+from ..scene.numbers import vector
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["LongTree", "long_chain", "long_tree"]
+__all__ = ["LongImpact", "LongTree", "long_chain", "long_tree"]
 
-# Tolerance for the length of a unit quaternion.
+# Tolerance for the length of a unit vector.
 UNIT = 1e-6
 _KINDS = {
-    "revolute": layout.ANGLE,
-    "prismatic": layout.SLIDE,
-    "spherical": layout.QUATERNION,
-    "planar": layout.PLANAR,
-    "freeflyer": layout.FREE,
+    "revolute": ANGLE,
+    "prismatic": SLIDE,
+    "spherical": BALL,
+    "planar": PLANAR,
+    "freeflyer": FREE,
 }
+# How many entries of q and v each takes; where a unit vector begins, and its length.
+_SIZES = {ANGLE: (1, 1), SLIDE: (1, 1), BALL: (4, 3), PLANAR: (4, 3), FREE: (7, 6)}
+_UNITS = {CIRCLE: (0, 2), PLANAR: (2, 2), BALL: (0, 4), FREE: (3, 4)}
+
+
+@dataclass(frozen=True, eq=False)
+class _Tables:
+    """A tree in the core.
+
+    Attributes:
+        core: the tree.
+        joints: (bodies, 4) kind of each joint, its first entries of q and v, its entries of v.
+        bodies: (bodies,) the core's body of each.
+    """
+
+    core: Model
+    joints: np.ndarray
+    bodies: np.ndarray
 
 
 class LongTree:
     """A tree of any number of rigid bodies under known impulses.
 
     Created by ``long_chain`` or ``long_tree``. Time and memory are proportional to the number
-    of bodies, about 0.8 kB each; Pinocchio's data grow with its cube and end near 600 bodies.
+    of bodies, about 2 kB each; Pinocchio's data grow with its cube and end near 600 bodies.
 
     Attributes:
         bodies: number of bodies; the links are link_1, link_2, ... and their
@@ -61,25 +81,23 @@ class LongTree:
         (999, 999)
     """
 
-    def __init__(self, tree: Tree, robot: Robot | None = None) -> None:
-        self._tree, self._robot = tree, robot
-        self.bodies, self.nq, self.nv = tree.bodies, tree.nq, tree.nv
+    def __init__(self, tables: _Tables, robot: Robot | None = None) -> None:
+        self._tables, self._robot = tables, robot
+        self.bodies = len(tables.bodies)
+        self.nq, self.nv = tables.core.nq, tables.core.nv
 
     def __repr__(self) -> str:
         return one_line("LongTree", f"{self.bodies} bodies", nq=self.nq, nv=self.nv)
 
     def neutral(self) -> np.ndarray:
         """(nq,) angles and lengths zero, rotations none."""
+        if self._robot is not None:
+            return self._robot.neutral()
         q = np.zeros(self.nq)
-        table = self._tree.ints.reshape(-1, layout.BODY_INTS)[1:]
-        for kind, entry in (
-            (layout.CIRCLE, 0),
-            (layout.GEARED_CIRCLE, 0),
-            (layout.PLANAR, 2),
-            (layout.QUATERNION, 3),
-            (layout.FREE, 6),
-        ):
-            q[table[table[:, 1] == kind, 2] + entry] = 1.0
+        for kind, (first, size) in _UNITS.items():
+            # A circle begins with its cosine, a quaternion ends with what is 1.
+            entry = first if size == 2 else first + 3
+            q[self._of_kind(kind)[:, 1] + entry] = 1.0
         return q
 
     def solve(
@@ -105,67 +123,151 @@ class LongTree:
         q = self.neutral() if q is None else _vector(q, self.nq, "configuration q")
         v = np.zeros(self.nv) if v is None else _vector(v, self.nv, "velocity v")
         self._check_units(q)
-        return LongImpact(self, self._tree, tuple(impulses), q, v)
+        return LongImpact(self, tuple(impulses), q, v)
 
     def site(
         self, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
     ) -> tuple[int, np.ndarray, np.ndarray]:
-        """The body of a frame, a point of the frame in the body's axes, the frame's axes.
+        """The body of a frame, from 0, a point of the frame and its axes in those of the joint.
 
         Raises:
             UnknownNameError: no such frame.
         """
         point = np.array(at, dtype=float)
-        if self._robot is not None:
-            site = Site.of(self._robot, frame, point)
-            if not site.moves:
-                raise InputError(f'an impulse on "{frame}" moves nothing')
-            body = self._tree.body(site.joint_id)
-            turn = self._tree.turns[body].T
-            return body, turn @ site.placement.translation, turn @ site.placement.rotation
-        body = self._numbered(frame, "link")
-        turn = self._tree.turns[body].T
-        return body, turn @ point, turn
+        if self._robot is None:
+            return self._numbered(frame, "link"), point, np.eye(3)
+        site = Site.of(self._robot, frame, point)
+        if not site.moves:
+            raise InputError(f'an impulse on "{frame}" moves nothing')
+        return site.joint_id - 1, site.placement.translation, site.placement.rotation
 
-    def body_of_joint(self, joint: str) -> int:
-        """The body behind a joint.
+    def speeds_of_joint(self, joint: str) -> tuple[int, int]:
+        """The first entry of v of a joint, and how many it has.
 
         Raises:
             UnknownNameError: no such joint.
         """
         if self._robot is not None:
-            return self._tree.body(self._robot.joint_id(joint))
-        if joint == "root_joint" and self._tree.ints[layout.BODY_INTS + 4] != 1:
-            return 1
-        return self._numbered(joint, "joint")
+            body = self._robot.joint_id(joint) - 1
+        elif joint == "root_joint" and self._tables.joints[0, 3] != 1:
+            body = 0
+        else:
+            body = self._numbered(joint, "joint")
+        return int(self._tables.joints[body, 2]), int(self._tables.joints[body, 3])
 
     def _numbered(self, name: str, kind: str) -> int:
         head, _, tail = str(name).partition("_")
         if head == kind and tail.isdecimal() and 1 <= int(tail) <= self.bodies:
-            return int(tail)
+            return int(tail) - 1
         known = (f"{kind}_1", f"{kind}_{self.bodies}")
         raise UnknownNameError.among(kind, str(name), known)
 
+    def _of_kind(self, kind: int) -> np.ndarray:
+        joints = self._tables.joints
+        return joints[joints[:, 0] == kind]
+
     def _check_units(self, q: np.ndarray) -> None:
-        table = self._tree.ints.reshape(-1, layout.BODY_INTS)
-        for kind, skip, size in (
-            (layout.CIRCLE, 0, 2),
-            (layout.GEARED_CIRCLE, 0, 2),
-            (layout.PLANAR, 2, 2),
-            (layout.QUATERNION, 0, 4),
-            (layout.FREE, 3, 4),
-        ):
-            bodies = np.flatnonzero(table[1:, 1] == kind) + 1
-            units = q[table[bodies, 2][:, None] + skip + np.arange(size)]
+        joints = self._tables.joints
+        for kind, (first, size) in _UNITS.items():
+            bodies = np.flatnonzero(joints[:, 0] == kind)
+            units = q[joints[bodies, 1][:, None] + first + np.arange(size)]
             lengths = np.sqrt((units**2).sum(axis=1))
             wrong = np.flatnonzero(np.abs(lengths - 1.0) > UNIT)
             if wrong.size:
+                body, length = bodies[wrong[0]] + 1, float(lengths[wrong[0]])
                 raise StateError(
-                    f"configuration q: the unit vector of body {bodies[wrong[0]]} has length "
-                    f"{lengths[wrong[0]]:.9g}, expected 1 within {UNIT:g}",
-                    joint=f"joint_{bodies[wrong[0]]}",
-                    value=float(lengths[wrong[0]]),
+                    f"configuration q: the unit vector of body {body} has length "
+                    f"{length:.9g}, expected 1 within {UNIT:g}",
+                    joint=f"joint_{body}",
+                    value=length,
                 )
+
+
+class LongImpact:
+    """The result of an impact on a long tree. All arrays are read-only.
+
+    Attributes:
+        dv: (nv,) the velocity jump.
+        v_after: (nv,) the velocity after.
+        q, v_before: (nq,), (nv,) the state before.
+        twists_after: (bodies, 6) velocity of each joint's origin as of its child, and angular
+            velocity, world axes [m/s, rad/s].
+        reactions: (bodies, 6) the wrench impulse that each parent gives its child, at the joint's
+            origin, world axes, linear [N s] before angular [N m s].
+
+    Example:
+        >>> import numpy as np
+        >>> from impulsekit import AppliedImpulse
+        >>> from impulsekit.long import long_chain
+        >>> chain = long_chain(1000)
+        >>> blow = AppliedImpulse("link_1000", linear=[0, 5, 0])
+        >>> impact = chain.solve([blow], chain.neutral(), np.zeros(chain.nv))
+        >>> impact.dv.shape == (chain.nv,)
+        True
+    """
+
+    def __init__(
+        self,
+        owner: LongTree,
+        impulses: tuple[AppliedImpulse | JointImpulse, ...],
+        q: np.ndarray,
+        v: np.ndarray,
+    ) -> None:
+        self._owner, self.q, self.v_before = owner, q, v
+        tables = owner._tables
+        places = tables.core.placements(q).reshape(-1, 12)[tables.bodies]
+        self._turns = places[:, :9].reshape(-1, 3, 3)
+        struck, wrenches, kicks = self._acting(impulses)
+        bodies = tables.bodies[struck].astype(np.intc)
+        self.dv, twists, reactions = tables.core.strike(q, v, kicks, bodies, wrenches)
+        self.v_after = v + self.dv
+        self.twists_after = twists.reshape(-1, 6)[tables.bodies - 1]
+        self.reactions = reactions.reshape(-1, 6)[tables.bodies - 1]
+        lock(q, v, self.dv, self.v_after, self.twists_after, self.reactions)
+
+    def __repr__(self) -> str:
+        jump = f"|dv|={float(np.linalg.norm(self.dv)):.6g}"
+        return one_line("LongImpact", f"{self._owner.bodies} bodies", jump)
+
+    def velocity_at(self, link: str, at: ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """(3,) the velocity of a point of a link after the impact, world axes [m/s].
+
+        Args:
+            link: the link.
+            at: the point in the link's coordinates [m].
+        """
+        body, point, _ = self._owner.site(link, vector(at, "at"))
+        twist = self.twists_after[body]
+        found: np.ndarray = twist[:3] + np.cross(twist[3:], self._turns[body] @ point)
+        return found
+
+    def _acting(
+        self, impulses: tuple[AppliedImpulse | JointImpulse, ...]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The bodies struck, (k, 6) wrenches in the axes of their joints, (nv,) in joints."""
+        struck: list[int] = []
+        wrenches: list[np.ndarray] = []
+        kicks = np.zeros(self._owner.nv)
+        for entry in impulses:
+            if isinstance(entry, AppliedImpulse):
+                body, point, axes = self._owner.site(entry.frame, entry.at)
+                turn = axes if entry.axes == "local" else self._turns[body].T
+                force = turn @ entry.linear
+                wrenches.append(
+                    np.array([*force, *(turn @ entry.angular + np.cross(point, force))])
+                )
+                struck.append(body)
+            elif isinstance(entry, JointImpulse):
+                first, size = self._owner.speeds_of_joint(entry.joint)
+                if len(entry.values) != size:
+                    what = f'impulse in joint "{entry.joint}"'
+                    raise ShapeError.of(what, (size,), (len(entry.values),))
+                kicks[first : first + size] += entry.values
+            else:
+                raise InputError(
+                    f"an impulse must be an AppliedImpulse or a JointImpulse, got {a_thing(entry)}"
+                )
+        return np.array(struck, dtype=int), np.concatenate([*wrenches, np.zeros(0)]), kicks
 
 
 def long_chain(
@@ -254,10 +356,7 @@ def long_tree(
     """
     if isinstance(parents, Robot):
         model = parents.model
-        try:
-            return LongTree(tree_of(model, range(1, model.njoints)), parents)
-        except KeyError as kind:
-            raise InputError(f"a long tree has no joints of the kind {kind}") from None
+        return LongTree(_of_model(model), parents)
     above = np.asarray(parents)
     n = above.size
     if above.ndim != 1 or not n or above.dtype.kind not in "iu":
@@ -277,7 +376,7 @@ def long_tree(
         raise InputError("long_tree: give masses, centres and inertias")
     turn = np.broadcast_to(np.eye(3), (n, 3, 3)) if rotations is None else rotations
     shift = np.zeros((n, 3)) if translations is None else translations
-    tree = joined_tree(
+    tables = _joined(
         above,
         np.array([_KINDS[name] for name in names]),
         _array(np.broadcast_to(np.asarray(axes, dtype=float), (n, 3)), (n, 3), "axes"),
@@ -287,7 +386,50 @@ def long_tree(
         _array(centres, (n, 3), "centres"),
         _array(inertias, (n, 3, 3), "inertias"),
     )
-    return LongTree(tree)
+    return LongTree(tables)
+
+
+def _of_model(model: Any) -> _Tables:
+    flat = flat_model(model)
+    if flat.core.has_followers or flat.core.has_ellipsoids:
+        raise InputError("a long tree has no joints that follow others, and no ellipsoids")
+    joints = np.zeros((model.njoints - 1, 4), dtype=int)
+    for row, joint in zip(joints, list(model.joints)[1:], strict=True):
+        kind = CIRCLE if (joint.nq, joint.nv) == (2, 1) else ANGLE
+        kind = {(4, 3): BALL, (7, 6): FREE}.get((joint.nq, joint.nv), kind)
+        if joint.shortname() == "JointModelPlanar":
+            kind = PLANAR
+        row[:] = kind, joint.idx_q, joint.idx_v, joint.nv
+    return _Tables(flat.core, joints, np.array(flat.bodies[1:]))
+
+
+def _joined(
+    parents: np.ndarray,
+    kinds: np.ndarray,
+    axes: np.ndarray,
+    rotations: np.ndarray,
+    translations: np.ndarray,
+    masses: np.ndarray,
+    centres: np.ndarray,
+    inertias: np.ndarray,
+) -> _Tables:
+    n = len(parents)
+    sizes = np.array([_SIZES[kind] for kind in kinds.tolist()])
+    first = np.cumsum(sizes, axis=0) - sizes
+    square = (centres**2).sum(axis=1)[:, None, None] * np.eye(3)
+    about = inertias + masses[:, None, None] * (square - centres[:, :, None] * centres[:, None, :])
+    rows, columns = np.triu_indices(3)
+    tail = np.broadcast_to([0.0, 1.0, 0.0], (n, 3))
+    numbers = np.hstack(
+        [
+            axes, rotations.reshape(n, 9), translations, masses[:, None],
+            masses[:, None] * centres, about[:, rows, columns], tail,
+        ]
+    )  # fmt: skip
+    ints = np.column_stack([parents + 1, kinds, first]).astype(np.intc)
+    nq, nv = sizes.sum(axis=0).tolist()
+    joints = np.column_stack([kinds, first, sizes[:, 1]])
+    return _Tables(Model(ints, numbers, np.zeros(nv), nq), joints, np.arange(1, n + 1))
 
 
 def _array(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:

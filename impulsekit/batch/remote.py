@@ -13,10 +13,9 @@ import numpy as np
 from ..errors import InputError, MissingExtraError, a_thing
 from ..robot.arrays import floats
 from ..scene import Scene
-from .meanwhile import by_kernels_only
 from .result import ImpactBatch
 
-__all__ = ["check_client", "is_lazy", "solve_lazily", "solve_remotely", "warm_workers"]
+__all__ = ["check_client", "is_lazy", "solve_lazily", "solve_remotely"]
 
 # Rows of one task where the arrays that are given have no chunks of their own.
 ROWS = 65536
@@ -38,7 +37,6 @@ def solve_lazily(
     scene: Scene,
     given: dict[str, Any],
     outputs: Sequence[str],
-    number: np.dtype,
     threads: int | None = None,
 ) -> dict[str, Any]:
     """Dask arrays of all outputs and of the status, chunked along the rows.
@@ -47,7 +45,6 @@ def solve_lazily(
         solve_batch: what each task calls.
         given: the arguments of ``solve_batch`` that may vary, by name.
         outputs: what to compute.
-        number: the type of the answers.
         threads: of each task.
 
     Raises:
@@ -68,44 +65,33 @@ def solve_lazily(
     begin = 0
     for size in chunks:
         cut = {name: _cut(name, value, begin, size, contacts) for name, value in given.items()}
-        answer = solve(packed, key, cut, tuple(outputs), number, threads)
+        answer = solve(packed, key, cut, tuple(outputs), threads)
         for name in outputs:
             shape = (size, *shape_of(scene, name))
-            parts[name].append(da.from_delayed(answer[name], shape, number))
+            parts[name].append(da.from_delayed(answer[name], shape, float))
         parts["status"].append(da.from_delayed(answer["status"], (size,), np.int8))
         begin += size
     return {name: da.concatenate(own) for name, own in parts.items()}
 
 
 def solve_remotely(
-    solvers: tuple[Callable[..., ImpactBatch], Callable[..., object]],
+    solve_batch: Callable[..., ImpactBatch],
     scene: Scene,
     given: dict[str, Any],
     outputs: Sequence[str],
-    number: np.dtype,
     client: Any,
 ) -> dict[str, np.ndarray]:
     """The arrays of all outputs and of the status, solved by the workers of a client.
-
-    Args:
-        solvers: ``solve_batch`` and ``warm_up``, which the workers call.
 
     Raises:
         InputError: arrays whose leading axes do not agree.
         MissingExtraError: dask is not installed.
     """
     check_client(client)
-    solve_batch, warm_up = solvers
-    lazy = solve_lazily(solve_batch, scene, given, outputs, number, threads=1)
-    client.run(warm_workers, warm_up, pickle.dumps(scene), number)
+    lazy = solve_lazily(solve_batch, scene, given, outputs, threads=1)
     names = list(lazy)
     found = client.gather(client.compute([lazy[name] for name in names]))
     return dict(zip(names, found, strict=True))
-
-
-def warm_workers(warm_up: Callable[..., object], packed: bytes, number: np.dtype) -> None:
-    """``warm_up`` in a worker."""
-    warm_up(pickle.loads(packed), dtype=number)
 
 
 def check_client(client: Any) -> None:
@@ -171,13 +157,11 @@ def _sent_rows(
     key: str,
     given: dict[str, Any],
     outputs: tuple[str, ...],
-    number: np.dtype,
     threads: int | None,
 ) -> dict[str, np.ndarray]:
     """``solve_batch`` in a worker, which unpacks a scene only once."""
     if key not in _scenes:
         _scenes.clear()
         _scenes[key] = pickle.loads(packed)
-    with by_kernels_only():
-        batch = solve_batch(_scenes[key], **given, outputs=outputs, dtype=number, threads=threads)
+    batch = solve_batch(_scenes[key], **given, outputs=outputs, threads=threads)
     return {**batch.arrays, "status": batch.status}

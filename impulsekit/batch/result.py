@@ -15,14 +15,10 @@ from ..laws.status import Status
 if TYPE_CHECKING:
     from .program import BatchPlan
 
-__all__ = ["NO_ANSWER", "OUTPUTS", "VERDICTS", "ImpactBatch"]
+__all__ = ["OUTPUTS", "VERDICTS", "ImpactBatch"]
 
 # What ``ImpactBatch.uniqueness`` counts, in order.
 VERDICTS = ("proven", "not proven", "several")
-# Rows of which nothing is known.
-NO_ANSWER = tuple(
-    int(status) for status in (Status.NO_SOLUTION, Status.NOT_CONVERGED, Status.SEQUENCE_TOO_LONG)
-)
 OUTPUTS = (
     "v_after",
     "dv",
@@ -33,6 +29,7 @@ OUTPUTS = (
     "reactions",
     "bodies",
     "normal_components",
+    "uniqueness",
 )
 
 
@@ -42,14 +39,8 @@ class ImpactBatch(Displayed):
 
     Attributes:
         status: (B,) the ``Status`` of each row, as an integer code.
-        plan: which outputs were computed, and by which method.
+        plan: how the rows were solved.
         arrays: the requested outputs, by name.
-        single: (B,) whether each row was solved by ``solve``: all rows if no kernel supports
-            the scene or while they are not compiled yet, else rows that are redundant, ambiguous
-            or nearly so. None on Dask.
-        uniqueness: (B,) the index of each row's verdict in ``VERDICTS``: 0 if it is proven
-            that no other v⁺ obeys the law, 1 if it is not proven, 2 if others were found. None
-            on Dask. ``solve`` of the row gives the others, in ``impact.uniqueness``.
 
     Example:
         >>> import numpy as np
@@ -60,8 +51,6 @@ class ImpactBatch(Displayed):
     status: np.ndarray
     plan: BatchPlan | None
     arrays: dict[str, np.ndarray] = field(repr=False)
-    single: np.ndarray | None = field(default=None, repr=False)
-    uniqueness: np.ndarray | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         outputs = f"outputs {', '.join(self.arrays)}"
@@ -127,6 +116,15 @@ class ImpactBatch(Displayed):
         World axes, the links in the order of ``robot.links``.
         """
         return self._asked("bodies")
+
+    @property
+    def uniqueness(self) -> np.ndarray:
+        """(B,) the index of each row's verdict in ``VERDICTS``.
+
+        0 if it is proven that no other v⁺ obeys the law, 1 if it is not proven, 2 if others were
+        found: ``solve`` of the row gives them, in ``impact.uniqueness``.
+        """
+        return self._asked("uniqueness")
 
     @property
     def valid(self) -> np.ndarray:

@@ -10,7 +10,7 @@ __all__ = ["shape_of"]
 
 def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
     """The shape of an output for one row, by its name."""
-    if name == "energy_change":
+    if name in ("energy_change", "uniqueness"):
         return ()
     if name in ("contact_impulses", "normal_components"):
         return (len(scene.contacts), 3)

@@ -2,43 +2,34 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, UnknownNameError, a_thing, check_kind, quoted
-from ..laws.compiled import ENTRIES
+from .._core import instruction_set
+from ..errors import InputError, UnknownNameError, a_thing, check_kind
 from ..laws.status import Status
 from ..robot.arrays import lock
 from ..scene import Scene
 from ..scene.numbers import whole
-from .codes import AGAIN, OPEN, SHARED
-from .errors import NoKernelError
 from .inputs import BatchInputs, batch_inputs
-from .meanwhile import solved_meanwhile
-from .plans import plan_batch
+from .program import Program, program_of
+from .progress import shown
 from .remote import is_lazy, solve_lazily, solve_remotely
-from .result import NO_ANSWER, OUTPUTS, VERDICTS, ImpactBatch
+from .result import OUTPUTS, ImpactBatch
+from .rows import verdicts_of
 from .shapes import shape_of
-from .single import solve_rows
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, DTypeLike
+    from numpy.typing import ArrayLike
 
     from .inputs import Varied
-    from .joint_loads import JointLoads
-    from .program import BatchPlan, Program
 
-__all__ = ["solve_batch", "warm_up"]
-
-# Blows of other sizes are brought near 1 by the solver of single states.
-SMALLEST_BLOW, LARGEST_BLOW = 1e-150, 1e150
-
-# Outputs that follow from Δv and the impulses.
-_FROM_LOADS = frozenset({"reactions", "bodies"})
+__all__ = ["solve_batch"]
 
 Progress = Callable[[int, int], object]
 
@@ -54,20 +45,16 @@ def solve_batch(
     masses: Varied | None = None,
     points: Mapping[str, ArrayLike] | None = None,
     outputs: Sequence[str] = ("v_after",),
-    dtype: DTypeLike = np.float64,
     progress: bool | Progress | None = None,
     threads: int | None = None,
     client: Any = None,
 ) -> ImpactBatch:
-    """Solve one scene at many states, impulses or coefficients: compiled kernels, on all cores.
+    """Solve one scene at many states, impulses or coefficients, on all cores.
 
     Arguments that vary have a leading axis of length B; the others apply to all rows. The
-    results equal those of ``solve``. Rows that the kernels do not support are solved by it, one
-    by one; ``plan`` of the result reports this. Where kernels are yet to be compiled, batches that
-    are sooner done by ``solve`` than compiled are; ``single`` of the result tells, and digits of
-    rounding may differ from those of later calls: ``warm_up`` compiles beforehand. With several
-    frictional contacts the law itself can have more than one solution; ``solve`` and
-    ``solve_batch`` may then return different ones, each within the tolerance of the law.
+    results equal those of ``solve``: rows and laws are the same code. What has to be found in
+    Python (functions of the configuration, points of bodies other than balls) is found row by
+    row; ``plan`` of the result tells.
 
     Args:
         scene: the robot, its impulses, constraints and contacts, and the law of contact.
@@ -85,12 +72,8 @@ def solve_batch(
             the coordinates of the contact's frame [m].
         outputs: the results to compute: "v_after", "dv", "generalized_impulse", "energy_change",
             "contact_impulses", "constraint_impulses", "normal_components", "reactions" (what each
-            moving joint carries), "bodies" (how each link moves). The status is always computed.
-        dtype: numpy.float64, or numpy.float32 for results in single precision, two to three
-            times as fast for many rows. Their error is about 1e-5 of the largest speed, or 1e-7
-            of it times the condition number where light bodies follow heavy ones. Arguments are
-            read in double precision; the laws of contact, and rows with redundant contacts or
-            constraints, are computed in it.
+            moving joint carries), "bodies" (how each link moves), "uniqueness" (whether other v⁺
+            obey the law as well; this one searches row by row). The status is always computed.
         progress: True for a progress bar on stderr, or a function of (rows done, rows in total).
         threads: number of threads; by default all that the process may use.
         client: a ``distributed.Client`` whose workers solve the rows. Without it, if any
@@ -118,236 +101,100 @@ def solve_batch(
     for name in outputs:
         if name not in OUTPUTS:
             raise UnknownNameError.among("output", str(name), OUTPUTS)
-    number = _number(dtype)
     given = {"q": q, "v": v, "impulses": impulses}
     given.update(restitution=restitution, friction=friction, masses=masses, points=points)
     if client is not None or is_lazy(*given.values()):
-        names = tuple(dict.fromkeys(outputs))
-        return _on_dask(scene, given, names, number, threads, client)
-    by_solve = ""
-    if _FROM_LOADS.intersection(outputs):
-        loads, by_solve = _joint_loads(scene, varied=masses is not None or points is not None)
-        if loads is not None:
-            return _with_joint_loads(loads, scene, given, outputs, number, progress, threads)
-    inputs = batch_inputs(scene, **given)
-    if by_solve:
-        from .program import BatchPlan
-
-        program, plan = None, BatchPlan(False, 0, (f"state by state: {by_solve}",))
-    else:
-        program, plan = plan_batch(
-            scene, frictional=_frictional(inputs), links=inputs.links, pointed=inputs.pointed
-        )
+        return _on_dask(scene, given, tuple(dict.fromkeys(outputs)), threads, client)
+    inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses, points)
+    program = program_of(scene, links=inputs.links, pointed=inputs.pointed)
     shapes = {name: (inputs.size, *shape_of(scene, name)) for name in outputs}
-    arrays = {name: np.empty(shape, number) for name, shape in shapes.items()}
-    codes, verdicts = (np.zeros(inputs.size, dtype=np.int8) for _ in range(2))
-    from .progress import shown
-
+    arrays = {name: np.empty(shape) for name, shape in shapes.items()}
+    codes = np.zeros(inputs.size, dtype=np.int8)
     with shown(progress, inputs.size) as tell:
-        if program is None:
-            single = np.full(inputs.size, True)
-            for begin in range(0, inputs.size, 256):
-                end = min(begin + 256, inputs.size)
-                solve_rows(scene, inputs, range(begin, end), arrays, codes, verdicts)
-                tell(end)
-        else:
-            again = _by_kernels(
-                scene, program, inputs, (arrays, codes, verdicts), number, _threads(threads), tell
-            )
-            single = np.full(inputs.size, False)
-            single[again] = True
-    return _judged(plan, arrays, codes, single, verdicts)
-
-
-def _by_kernels(
-    scene: Scene,
-    program: Program,
-    inputs: BatchInputs,
-    answers: tuple[dict[str, np.ndarray], np.ndarray, np.ndarray],
-    number: np.dtype,
-    threads: int,
-    tell: Callable[[int], object],
-) -> np.ndarray:
-    """Solve all rows by the kernels; gives the indices of those that ``solve`` did."""
-    from .run import BatchRun, run_all, run_in_double
-
-    arrays, codes, verdicts = answers
-    run = BatchRun(program, inputs, arrays, codes, number)
-    if not run.is_compiled:
-        if solved_meanwhile(scene, inputs, run.kind, answers, tell):
-            return np.arange(inputs.size)
-        verdicts[:] = 0
-    run_all(run, threads, tell)
-    _along_push(arrays.get("normal_components"))
-    codes[np.broadcast_to(_beyond_products(inputs), codes.shape)] = AGAIN
-    again = np.flatnonzero(codes == AGAIN)
-    if len(again) and number == np.float32:
-        again = run_in_double(program, inputs, again, arrays, codes, threads)
-    verdicts[codes >= SHARED] = VERDICTS.index("several")
-    codes[codes >= SHARED] -= SHARED
-    verdicts[codes >= OPEN] = VERDICTS.index("not proven")
-    codes[codes >= OPEN] -= OPEN
-    solve_rows(scene, inputs, again.tolist(), *answers)
-    return again
-
-
-def _judged(
-    plan: BatchPlan,
-    arrays: dict[str, np.ndarray],
-    codes: np.ndarray,
-    single: np.ndarray,
-    verdicts: np.ndarray,
-) -> ImpactBatch:
-    """The result, NaN in rows without one."""
-    several = codes == int(Status.MANY_SOLUTIONS)
-    told = [int(s) for s in (Status.NOT_UNIQUE, Status.PAINLEVE_JAM, Status.MANY_SOLUTIONS)]
-    codes[np.isin(codes, told)] = int(Status.SOLVED)
-    verdicts[several] = VERDICTS.index("several")
+        _kernels().solve_batch(
+            program.flat.core, program.law, program.is_regular, program.joints, program.links,
+            _given(program, inputs), inputs.codes, arrays, codes, _threads(threads),
+            None if not progress else tell,
+        )  # fmt: skip
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
-    verdicts[failed | np.isin(codes, NO_ANSWER)] = VERDICTS.index("not proven")
-    for array in arrays.values():
-        if failed.any():
+    if failed.any():
+        for array in arrays.values():
             array[failed] = np.nan
-    lock(*arrays.values(), codes, single, verdicts)
-    return ImpactBatch(codes, plan, arrays, single, verdicts)
-
-
-def _along_push(normals: np.ndarray | None) -> None:
-    """Give normal components of kernels the direction of the push; zero without an impulse."""
-    if normals is not None:
-        # The row of a joint stop is its coordinate's, at the lower and at the upper limit.
-        normals *= np.sign(normals[..., 2:])
-
-
-def _joint_loads(scene: Scene, *, varied: bool) -> tuple[JointLoads | None, str]:
-    """The tables for loads of a scene; or None, and why only ``solve`` knows them."""
-    from .joint_loads import JointLoads
-
-    if varied:
-        return None, "loads of masses that vary, or of points"
-    try:
-        return JointLoads(scene), ""
-    except NoKernelError as reason:
-        return None, str(reason)
-
-
-def _with_joint_loads(
-    loads: JointLoads,
-    scene: Scene,
-    given: dict[str, Any],
-    outputs: Sequence[str],
-    number: np.dtype,
-    progress: bool | Progress | None,
-    threads: int | None,
-) -> ImpactBatch:
-    """The batch with reactions and link velocities worked out of Δv and all impulses."""
-    needed = ("dv", "contact_impulses", "constraint_impulses")
-    plain = [name for name in outputs if name not in _FROM_LOADS]
-    batch = solve_batch(
-        scene, **given, outputs=(*plain, *needed), dtype=number, progress=progress,
-        threads=threads,
-    )  # fmt: skip
-    own: dict[str, np.ndarray | None] = {
-        name: np.empty((len(batch), *shape_of(scene, name)), number) if name in outputs else None
-        for name in ("reactions", "bodies")
-    }
-    inputs = batch_inputs(scene, *given.values())
-    loads.write(
-        inputs.q, batch.dv, inputs.given, batch.contact_impulses, batch.constraint_impulses,
-        own["reactions"], own["bodies"],
-    )  # fmt: skip
-    arrays = {name: batch.arrays[name] for name in plain}
-    for name, array in own.items():
-        if array is not None:
-            array.setflags(write=False)
-            arrays[name] = array
-    return replace(batch, arrays=arrays)
+    if "uniqueness" in arrays:
+        arrays["uniqueness"] = verdicts_of(scene, inputs, codes)
+    lock(*arrays.values(), codes)
+    return ImpactBatch(codes, program.plan, arrays)
 
 
 def _on_dask(
     scene: Scene,
     given: dict[str, Any],
     outputs: tuple[str, ...],
-    number: np.dtype,
     threads: int | None,
     client: Any,
 ) -> ImpactBatch:
     if given["v"] is None:
         del given["v"]
     if client is None:
-        arrays = solve_lazily(solve_batch, scene, given, outputs, number, threads)
+        arrays = solve_lazily(solve_batch, scene, given, outputs, threads)
     else:
-        arrays = solve_remotely((solve_batch, warm_up), scene, given, outputs, number, client)
-    links = tuple(given["masses"] or ())
-    names = scene.entry_names("contacts")
-    pointed = tuple(sorted(names.index(name) for name in given["points"] or () if name in names))
-    plan = plan_batch(
-        scene, frictional=given["friction"] is not None, links=links, pointed=pointed
-    )[1]
-    return ImpactBatch(arrays.pop("status"), plan, arrays)
+        arrays = solve_remotely(solve_batch, scene, given, outputs, client)
+    return ImpactBatch(arrays.pop("status"), program_of(scene).plan, arrays)
 
 
-def warm_up(scene: Scene, *, dtype: DTypeLike = np.float64) -> BatchPlan:
-    """Compile the code that a scene needs for single states, motions and batches.
-
-    The first call after installation compiles for ten seconds or more; later calls load the
-    compiled code from disk within half a second. ``solve_batch`` does this itself when needed;
-    ``solve`` and ``simulate`` run as Python until compilation pays off. Python and compiled code
-    may differ in the last digit: after ``warm_up``, motions are bit for bit the same each time.
-
-    Args:
-        scene: the scene.
-        dtype: as for ``solve_batch``.
-
-    Returns:
-        The plan: how batches of this scene are solved.
-
-    Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene
-        >>> robot = Robot.from_example("panda")
-        >>> warm_up(Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])).kernel
-        True
-    """
-    check_kind(scene, Scene, "warm_up")
-    from ..motion.warm import compile_motion
-
-    compile_motion(scene)
-    program, plan = plan_batch(scene)
-    if program is not None:
-        inputs = batch_inputs(scene, scene.robot.neutral(), None, None, None, None, None)
-        # A row that is known to be bad passes through all kernels but the laws of contact.
-        inputs.codes[:] = int(Status.OUT_OF_RANGE)
-        from .run import BatchRun, run_all
-
-        codes = np.zeros(1, dtype=np.int8)
-        run_all(BatchRun(program, inputs, {}, codes, _number(dtype)), 1, lambda _: None)
-        # What kernels compile when a row first needs it.
-        for name, entry in ENTRIES.items():
-            if name.startswith(f"{__package__}.kernels."):
-                entry.compile()
-    return plan
+def _given(program: Program, inputs: BatchInputs) -> dict[str, Any]:
+    """The arrays of a batch as the core takes them."""
+    names = ("q", "v", "restitution", "friction", "masses")
+    given: dict[str, Any] = {name: getattr(inputs, name) for name in names}
+    given["impulses"] = inputs.given[:, program.columns] if program.columns else None
+    given["points"] = None
+    if inputs.points is not None:
+        parts = np.split(inputs.points, len(program.frames), axis=1)
+        placed = [
+            part @ frame.rotation.T + frame.translation
+            for part, frame in zip(parts, program.frames, strict=True)
+        ]
+        given["points"] = np.concatenate(placed, axis=1)
+    given.update(_by_functions(program, inputs))
+    return {
+        name: array if array is None else np.ascontiguousarray(array)
+        for name, array in given.items()
+    }
 
 
-def _number(dtype: Any) -> np.dtype:
-    try:
-        number = np.dtype(dtype)
-    except TypeError:
-        number = np.dtype(object)
-    if number not in (np.float64, np.float32):
-        raise InputError(f"dtype must be numpy.float64 or numpy.float32, got {quoted(dtype)}")
-    return number
+def _by_functions(program: Program, inputs: BatchInputs) -> dict[str, Any]:
+    """What functions of the scene and geometry give, row by row."""
+    flat = program.flat
+    names = ("function_rows", "function_contacts")
+    given: dict[str, Any] = dict.fromkeys((*names, "meeting_start"))
+    if not (flat.functions or flat.contact_functions or flat.meetings):
+        return given
+    fine = inputs.codes == 0
+    rows = [
+        flat.given(q) if fine[i if len(inputs.q) > 1 else 0] and np.isfinite(q).all() else {}
+        for i, q in enumerate(inputs.q)
+    ]
+    for name in names:
+        size = max((len(row[name]) for row in rows if name in row), default=0)
+        if size:
+            given[name] = np.array([row.get(name, np.zeros(size)) for row in rows])
+    if flat.meetings:
+        found = [row.get("meetings", []) for row in rows]
+        if len(found) == 1:
+            found *= inputs.size
+        points = [point for row in found for point in row]
+        given["meeting_start"] = np.cumsum([0, *map(len, found)], dtype=np.intc)
+        given["meeting_entries"] = np.array([point[0] for point in points], dtype=np.intc)
+        numbers = [[*place, *normal, gap] for _, place, normal, gap in points]
+        given["meeting_numbers"] = np.array(numbers, dtype=float).reshape(-1, 7)
+    return given
 
 
-def _beyond_products(inputs: BatchInputs) -> np.ndarray:
-    """(B,) or (1,) whether a row's blows are so small or large that products leave the doubles."""
-    if not inputs.given.size:
-        return np.zeros(1, dtype=bool)
-    largest = np.abs(inputs.given).max(axis=1)
-    return (largest > 0.0) & ((largest < SMALLEST_BLOW) | (largest > LARGEST_BLOW))
-
-
-def _frictional(inputs: BatchInputs) -> bool:
-    return inputs.friction is not None and bool(inputs.friction.any())
+@functools.cache
+def _kernels() -> Any:
+    """The core's module for the widest instruction set that this processor has."""
+    name = instruction_set()
+    return import_module(f"impulsekit._core_{name}" if name else "impulsekit._core")
 
 
 def _threads(threads: int | None) -> int:

@@ -23,13 +23,12 @@ from .replay import replay
 from .robots import robots
 from .simulate import simulate
 from .solve import solve
-from .warm_up import warm_up
 
 __all__ = ["main"]
 
 # The commands of the help text, by purpose; each command is in one of the groups.
 SECTIONS = {
-    "Start": ("init", "robots", "inspect", "doctor", "warm-up"),
+    "Start": ("init", "robots", "inspect", "doctor"),
     "Solve": ("solve", "simulate", "replay"),
     "Many states": ("batch",),
     "Design and fit": ("design", "fit", "identify"),
@@ -123,6 +122,5 @@ for command in (
     robots,
     inspect,
     doctor,
-    warm_up,
 ):
     main.add_command(command)

@@ -40,7 +40,6 @@ def test_against_urdfs_with_these_masses(restitution):
     factors = {name: rng.uniform(0.3, 3.0, 12) for name in chosen}
     scene = ik.Scene(solo, [blow], contacts=[contact])
     batch = ik.solve_batch(scene, q, v, masses=factors, outputs=("v_after", "energy_change"))
-    assert batch.plan.kernel is not callable(restitution)
     for i in range(12):
         text = solo.parts[0].urdf
         for name, values in factors.items():

@@ -28,8 +28,7 @@ def test_a_foot_on_a_plane_of_the_same_robot(solo, normal):
     )  # fmt: skip
     blow = ik.AppliedImpulse("base_link", [0.3, -0.2, -1])
     q, v = random_states(solo, 50)
-    worst, batch = worst_difference(ik.Scene(solo, [blow], contacts=[contact]), q, v)
-    assert batch.plan.kernel
+    worst, _batch = worst_difference(ik.Scene(solo, [blow], contacts=[contact]), q, v)
     assert worst < 1e-12
 
 
@@ -41,16 +40,14 @@ def test_bodies_of_two_robots(arm_and_box, order):
         restitution=0.5,
     )  # fmt: skip
     q, v = random_states(arm_and_box, 50)
-    worst, batch = worst_difference(ik.Scene(arm_and_box, contacts=[contact]), q, v)
-    assert batch.plan.kernel
+    worst, _batch = worst_difference(ik.Scene(arm_and_box, contacts=[contact]), q, v)
     assert worst < 1e-12
 
 
 def test_the_ground_touches_the_robot(solo):
     contact = ik.Contact("world", at=[0.1, 0, 0], against="FR_FOOT", normal=[0, 0, -1])
     q, v = random_states(solo, 30)
-    worst, batch = worst_difference(ik.Scene(solo, contacts=[contact]), q, v)
-    assert batch.plan.kernel
+    worst, _batch = worst_difference(ik.Scene(solo, contacts=[contact]), q, v)
     assert worst < 1e-12
 
 
@@ -63,13 +60,11 @@ def test_anchors_where_the_bodies_stand(solo, arm_and_box):
     ]
     blow = ik.AppliedImpulse("base_link", [0.3, -0.2, -1])
     q, v = random_states(solo, 40)
-    worst, batch = worst_difference(ik.Scene(solo, [blow], anchors), q, v)
-    assert batch.plan.kernel
+    worst, _ = worst_difference(ik.Scene(solo, [blow], anchors), q, v)
     assert worst < 1e-11
     grip = ik.FrameAnchor("arm/panda_hand", "box/box", at=[0, 0, 0.1])
     q, v = random_states(arm_and_box, 40)
-    worst, batch = worst_difference(ik.Scene(arm_and_box, constraints=[grip]), q, v)
-    assert batch.plan.kernel
+    worst, _batch = worst_difference(ik.Scene(arm_and_box, constraints=[grip]), q, v)
     assert worst < 1e-12
 
 

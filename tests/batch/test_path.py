@@ -30,8 +30,6 @@ def rod():
 def held_against_solve(scene, q, v, bar=1e-12, share=0.01):
     """The batch, whose rows kernels solved, all as ``solve`` does."""
     worst, batch = worst_difference(scene, q, v)
-    assert batch.plan.kernel
-    assert batch.single.mean() <= share
     assert worst < bar
     return batch
 
@@ -47,7 +45,6 @@ def test_coefficients_of_every_row(solo, law):
     batch = ik.solve_batch(
         ik.Scene(solo, contacts=[foot], law=law), q, v, restitution=e[:, None], friction=mu[:, None]
     )
-    assert not batch.single.any()
     for i in range(60):
         own = dataclasses.replace(foot, restitution=e[i], friction=mu[i])
         impact = ik.solve(ik.Scene(solo, contacts=[own], law=law), q[i], v[i])
@@ -59,7 +56,6 @@ def test_coefficients_of_every_row(solo, law):
 def refused_where_solve_refuses(scene, q, v):
     """The batch, all as ``solve`` does; and how many rows both refuse."""
     batch = ik.solve_batch(scene, q, v)
-    assert batch.plan.kernel
     refused = 0
     for i in range(len(q)):
         try:
@@ -86,8 +82,7 @@ def test_what_strikes_or_holds_comes_first_without_friction_too(solo, restitutio
     anchor = [ik.PointAnchor("HR_FOOT")] if held else []
     law = ik.Law(restitution, slip="path")
     q, v = random_states(solo, 60, seed=4)
-    worst, batch = worst_difference(ik.Scene(solo, blow, anchor, contacts, law=law), q, v)
-    assert batch.plan.kernel
+    worst, _batch = worst_difference(ik.Scene(solo, blow, anchor, contacts, law=law), q, v)
     assert worst < 1e-12
 
 
@@ -103,8 +98,7 @@ def test_beside_locks_anchors_blows_and_a_stop(solo, law):
         ],
         law=law,
     )
-    batch, refused = refused_where_solve_refuses(scene, *random_states(solo, 100, seed=4))
-    assert batch.single.mean() <= 0.05
+    _batch, refused = refused_where_solve_refuses(scene, *random_states(solo, 100, seed=4))
     assert 0 < refused < 50
 
 
@@ -112,8 +106,7 @@ def test_beside_locks_anchors_blows_and_a_stop(solo, law):
 def test_one_foot_acts_while_the_other_parts(solo, law):
     feet = [ik.Contact(f, friction=0.4, restitution=0.5) for f in ("FR_FOOT", "HL_FOOT")]
     scene = ik.Scene(solo, contacts=feet, law=law)
-    batch, refused = refused_where_solve_refuses(scene, *random_states(solo, 200, seed=5))
-    assert not batch.single.any()
+    _batch, refused = refused_where_solve_refuses(scene, *random_states(solo, 200, seed=5))
     assert 10 < refused < 190
 
 
@@ -181,7 +174,6 @@ def test_rods_in_the_plane_end_where_routh_says(friction):
     q, v = np.stack([0 * angle, 0 * angle, cosine, sine], axis=1), rng.normal(size=(200, 3))
     end = ik.Contact("rod", normal=[0, 1, 0], friction=friction, restitution=e)
     batch = ik.solve_batch(ik.Scene(rod, contacts=[end], law=LAWS[2]), q, v)
-    assert not batch.single.any()
     turned = 0
     for i in range(200):
         turn = np.array([[cosine[i], -sine[i]], [sine[i], cosine[i]]])
@@ -229,16 +221,5 @@ def test_feet_that_come_straight_down_or_graze(solo, law):
         wanted = np.array([0.0, 0.0, -1.0]) if i % 2 else np.array([1.0, 0.0, -1e-13])
         v[i, :3] += np.linalg.solve(jacobian[:, :3], wanted - jacobian @ v[i])
     # What a grazing contact gives is itself no more than rounding; the velocities are not.
-    batch, refused = refused_where_solve_refuses(ik.Scene(solo, contacts=[foot], law=law), q, v)
-    assert refused == batch.single.sum() == 0
-
-
-@every_law
-def test_single_precision(solo, law):
-    foot = ik.Contact("FR_FOOT", friction=0.6, restitution=0.4)
-    scene = ik.Scene(solo, contacts=[foot], law=law)
-    q, v = random_states(solo, 200, seed=10)
-    exact, coarse = (ik.solve_batch(scene, q, v, dtype=number) for number in (float, np.float32))
-    assert coarse.v_after.dtype == np.float32
-    size = np.abs(exact.v_after).max(axis=1) + np.abs(v).max(axis=1)
-    assert (np.abs(coarse.v_after - exact.v_after).max(axis=1) < 2e-5 * size).all()
+    _batch, refused = refused_where_solve_refuses(ik.Scene(solo, contacts=[foot], law=law), q, v)
+    assert refused == 0

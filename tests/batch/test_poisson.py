@@ -24,9 +24,7 @@ def test_one_foot(solo, friction, restitution):
     contact = ik.Contact("FR_FOOT", friction=friction, restitution=restitution)
     blow = ik.AppliedImpulse("base_link", [0.3, -0.2, -1])
     q, v = random_states(solo, 60)
-    worst, batch = worst_difference(ik.Scene(solo, [blow], contacts=[contact], law=POISSON), q, v)
-    assert batch.plan.kernel
-    assert batch.single.mean() <= 1 / 60 or friction > 1.0
+    worst, _batch = worst_difference(ik.Scene(solo, [blow], contacts=[contact], law=POISSON), q, v)
     assert worst < 1e-12
 
 
@@ -34,8 +32,7 @@ def test_feet_that_do_not_rub(solo):
     values = (0.5, 0.0, 1.0, ik.RestitutionTable([0.0, 2.0], [0.9, 0.2]))
     contacts = [ik.Contact(f, restitution=e) for f, e in zip(FEET, values, strict=True)]
     q, v = random_states(solo, 150)
-    worst, batch = worst_difference(ik.Scene(solo, contacts=contacts, law=POISSON), q, v)
-    assert batch.single.mean() < 0.01
+    worst, _batch = worst_difference(ik.Scene(solo, contacts=contacts, law=POISSON), q, v)
     assert worst < 1e-12
 
 
@@ -46,8 +43,7 @@ def test_feet_that_rub(solo):
         ik.Contact(f, restitution=e, friction=mu) for f, (e, mu) in zip(FEET, values, strict=True)
     ]
     q, v = random_states(solo, 150)
-    worst, batch = worst_difference(ik.Scene(solo, contacts=contacts, law=POISSON), q, v)
-    assert batch.single.mean() < 0.02
+    worst, _batch = worst_difference(ik.Scene(solo, contacts=contacts, law=POISSON), q, v)
     assert worst < 1e-12
 
 
@@ -59,8 +55,7 @@ def test_beside_a_held_foot_and_joint_stops(solo):
     ]
     scene = ik.Scene(solo, constraints=[ik.PointAnchor("FL_FOOT")], contacts=contacts, law=POISSON)
     q, v = random_states(solo, 150, seed=1)
-    worst, batch = worst_difference(scene, q, v)
-    assert batch.single.mean() < 0.02
+    worst, _batch = worst_difference(scene, q, v)
     assert worst < 1e-12
 
 
@@ -70,9 +65,8 @@ def test_four_corners_share_and_spring_back():
     contacts = [ik.Contact("left_sole_link", at=at, restitution=0.5) for at in corners]
     q, v = random_states(talos, 20)
     v[:, 2] -= 2.0
-    worst, batch = worst_difference(ik.Scene(talos, contacts=contacts, law=POISSON), q, v)
+    worst, _batch = worst_difference(ik.Scene(talos, contacts=contacts, law=POISSON), q, v)
     assert worst < 1e-12
-    assert not batch.single.any()
 
 
 def test_coefficients_that_vary(solo):

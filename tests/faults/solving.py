@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from impulsekit.batch.long import LongTree, long_chain, long_tree
-from impulsekit.batch.solve import solve_batch, warm_up
+from impulsekit.batch.solve import solve_batch
 from impulsekit.batch.study.run import run_study
 from impulsekit.checking import check
 from impulsekit.compliance.curves import MeasuredCurve
@@ -210,11 +210,9 @@ _BATCHES = (
     _batch("solves a batch of masked rows", v=[np.ma.masked_array(V, mask=[False, True]), V]),
     _batch("solves a batch with a NaN that all rows share", q=[math.nan, 0.0]),
     _batch("wants an unknown output of a batch", outputs=["v_afer"]),
-    _batch("wants a batch in whole numbers", dtype=int),
     _batch("wants a batch by -1 threads", threads=-1),
     _batch("wants a batch by half a thread", threads=0.5),
     _batch("wants a number as the outputs of a batch", outputs=1),
-    Fault("warms up a robot", lambda: warm_up(arm())),
     _batch("gives a batch blows of two numbers", impulses=np.zeros((4, 2))),
     _batch("gives a batch an unknown blow", impulses={"blw": np.zeros((4, 3))}),
     _batch("gives a batch an infinite blow", impulses=[math.inf, 0, 0]),

@@ -15,7 +15,7 @@ from ...motion.simulate import simulate
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ..inputs import BatchInputs
-from ..single import scene_of_row, varies
+from ..rows import scene_of_row, varies
 
 if TYPE_CHECKING:
     from ...motion.record.trajectory import Trajectory

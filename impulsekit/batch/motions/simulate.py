@@ -53,7 +53,7 @@ def simulate_batch(
     """The motions of one scene from many states, or with many coefficients, on all cores.
 
     Whatever varies has a leading axis of B; what has none holds for all rows. Each row is the
-    motion that ``simulate`` gives, bit for bit once its code is compiled (``warm_up`` does that):
+    motion that ``simulate`` gives, bit for bit once its code is compiled:
     until then some calls run as Python, which may differ in the last digit. Rows are
     followed by processes of their own, which stay for the next batch and need no guard in the
     script that calls; a scene with functions that cannot be pickled (lambdas, functions of the

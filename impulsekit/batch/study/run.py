@@ -14,11 +14,10 @@ import numpy as np
 from ...errors import InputError, MissingExtraError, check_kind
 from ...motion.interrupts import Interrupts
 from ...motion.record.status import MotionStatus
-from ..meanwhile import by_kernels_only
 from ..motions.simulate import simulate_batch
 from ..progress import shown
-from ..remote import check_client, warm_workers
-from ..solve import solve_batch, warm_up
+from ..remote import check_client
+from ..solve import solve_batch
 from .store import StudyStore
 from .study import Study
 
@@ -116,9 +115,7 @@ def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[s
 
 
 def _impacts(study: Study, given: dict[str, Any], threads: int | None) -> dict[str, np.ndarray]:
-    # A study that is broken off and gone on with has the digits of one that is not.
-    with by_kernels_only():
-        batch = solve_batch(study.scene, **given, outputs=study.names, threads=threads)
+    batch = solve_batch(study.scene, **given, outputs=study.names, threads=threads)
     return {**batch.arrays, "status": batch.status}
 
 
@@ -194,8 +191,6 @@ def _there(
     def submit(index: int) -> Any:
         return client.submit(_sent_chunk, packed, study.fingerprint, index, pure=False)
 
-    if study.motion is None:
-        client.run(warm_workers, warm_up, pickle.dumps(study.scene), np.dtype(float))
     running = {}
     for _ in range(3 * workers):
         index = next(waiting, None)

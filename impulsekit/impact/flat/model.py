@@ -14,7 +14,7 @@ from ...errors import InputError
 __all__ = ["FlatModel", "body_numbers", "flat_model"]
 
 # As ``core/model.hpp`` numbers joints.
-ANGLE, CIRCLE, SLIDE, HELIX, BALL, FREE, PLANAR, TRANSLATION = range(8)
+ANGLE, CIRCLE, SLIDE, HELIX, BALL, FREE, PLANAR, TRANSLATION, ELLIPSOID = range(9)
 _KINDS = {
     **{f"JointModelR{axis}": ANGLE for axis in "XYZ"},
     "JointModelRevoluteUnaligned": ANGLE,
@@ -29,6 +29,7 @@ _KINDS = {
     "JointModelFreeFlyer": FREE,
     "JointModelPlanar": PLANAR,
     "JointModelTranslation": TRANSLATION,
+    "JointModelEllipsoid": ELLIPSOID,
 }
 _NOTHING = np.zeros(10)
 
@@ -137,7 +138,9 @@ def _parts(joint: Any, placement: pin.SE3, q: int, v: int, name: str) -> list[_P
 
 
 def _axis(own: Any, kind: str) -> Any:
-    """(3,) the axis of a joint that has one."""
+    """(3,) the axis of a joint that has one, the radii of an ellipsoid."""
+    if kind == "JointModelEllipsoid":
+        return np.array([own.radius_x, own.radius_y, own.radius_z])
     if kind[-1] in "XYZ":
         return np.eye(3)["XYZ".index(kind[-1])]
     if hasattr(own, "axis"):

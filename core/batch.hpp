@@ -1,0 +1,84 @@
+// Many states of one scene: eight side by side for the tree and its rows, each for itself in the
+// law of contact, on several threads.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "laws/problem.hpp"
+#include "scene.hpp"
+
+namespace impulsekit {
+
+// A coefficient that is a number, or one that changes with the speed: zero below a capture speed,
+// by a table, linear between its points, or by a function.
+struct BySpeed {
+    double value = 0.0, capture = 0.0;
+    std::vector<double> speeds, values;
+    std::function<double(double)> function;
+
+    double at(double speed) const;
+};
+
+// The coefficients of one contact of a scene.
+struct ContactCoefficients {
+    BySpeed restitution;
+    double friction = 0.0, tangential = 0.0, stiffness = 0.0, adhesion = 0.0;
+    double rolling = 0.0, torsion = 0.0;
+    Friction model;
+};
+
+struct ContactLaw {
+    Law law;
+    std::vector<ContactCoefficients> contacts;
+    bool has_models = false, has_adhesion = false;
+};
+
+// A link, by the body that carries it and its mass centre there.
+struct Link {
+    int body = 0;
+    double centre[3] = {};
+};
+
+// The numbers of all rows, or of one that all share; null where the scene's own hold.
+struct Column {
+    const double* data = nullptr;
+    std::size_t width = 0;
+    bool varies = false;
+
+    const double* row(int i) const { return data ? data + (varies ? width * i : 0) : nullptr; }
+};
+
+struct BatchInput {
+    int size = 0;
+    Column q, v, impulses, restitution, friction, masses, points;
+    Column function_rows, function_contacts;
+    const Meeting* meetings = nullptr;
+    const int* meeting_start = nullptr;  // (size + 1)
+    const std::int8_t* codes = nullptr;  // (size) what is known of a row before it is solved
+};
+
+// (size, …) each; null where it is not asked for.
+struct BatchOutput {
+    double *v_after = nullptr, *dv = nullptr, *generalized_impulse = nullptr;
+    double *energy_change = nullptr, *contact_impulses = nullptr, *constraint_impulses = nullptr;
+    double *normal_components = nullptr, *reactions = nullptr, *bodies = nullptr;
+    std::int8_t* codes = nullptr;
+};
+
+struct Batch {
+    const Scene* scene = nullptr;
+    const ContactLaw* law = nullptr;
+    bool is_regular = false;  // whether M can be singular at no state
+    std::vector<int> joints;  // the body behind each joint
+    std::vector<Link> links;
+    BatchInput in;
+    BatchOutput out;
+};
+
+// Solve all rows. `look`: called now and then on the calling thread with the rows done; what it
+// throws, or a function of a coefficient, ends the batch.
+void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& look);
+
+}  // namespace impulsekit

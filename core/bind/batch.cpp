@@ -1,0 +1,241 @@
+// Batches, as Python calls them.
+#include "batch.hpp"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/tuple.h>
+
+#include <optional>
+
+#include "bind/arrays.hpp"
+#include "bind/given_scene.hpp"
+#include "bind/laws.hpp"
+
+namespace nb = nanobind;
+
+void bind_solve_batch(nb::module_& module);
+
+namespace impulsekit {
+namespace {
+
+using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+using Codes = nb::ndarray<std::int8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Tables = std::tuple<double, double, std::vector<double>, std::vector<double>, nb::object>;
+
+Column column_of(const std::optional<Matrix>& given, int size, std::size_t width,
+                 const char* name) {
+    Column column;
+    if (!given) return column;
+    const std::size_t rows = given->shape(0);
+    if (given->shape(1) != width || (rows != 1 && rows != static_cast<std::size_t>(size)))
+        throw nb::value_error((std::string(name) + ": another shape is wanted").c_str());
+    column.data = given->data();
+    column.width = width;
+    column.varies = rows > 1;
+    return column;
+}
+
+void add_contact(ContactLaw& self, const Tables& restitution, const nb::tuple& friction,
+                 double number, double tangential, double stiffness, double adhesion,
+                 double rolling, double torsion) {
+    ContactCoefficients own;
+    const auto& [value, capture, speeds, values, function] = restitution;
+    if (speeds.size() != values.size()) throw nb::value_error("a value for each speed is wanted");
+    own.restitution.value = value;
+    own.restitution.capture = capture;
+    own.restitution.speeds = speeds;
+    own.restitution.values = values;
+    if (!function.is_none()) own.restitution.function = function_of(function);
+    own.model = friction_of(friction);
+    own.friction = number;
+    own.tangential = tangential;
+    own.stiffness = stiffness;
+    own.adhesion = adhesion;
+    own.rolling = rolling;
+    own.torsion = torsion;
+    self.has_models = self.has_models || own.model.kind != Friction::Kind::number;
+    self.has_adhesion = self.has_adhesion || adhesion > 0.0;
+    self.contacts.push_back(own);
+}
+
+void add_blow(GivenScene& self, const std::pair<int, Array>& site, bool is_local) {
+    Blow blow;
+    blow.site = site_of(self.model, site);
+    blow.is_local = is_local;
+    self.scene.blows.push_back(blow);
+}
+
+void add_kick(GivenScene& self, int v) {
+    if (v < 0 || v >= self.model.nv) throw nb::value_error("there is no such speed");
+    self.scene.kicks.push_back(v);
+}
+
+void add_load(GivenScene& self, int body, const Array& numbers) {
+    const double* from = data_of(numbers, 10, "numbers");
+    check_body(self.model, body);
+    const Mat3<double> turn = mat3<double>(self.model.bodies[body].turn);
+    Load load;
+    load.body = body;
+    load.mass = from[0];
+    to_body(self.model, body, from + 1, load.moment);
+    const Mat3<double> to_own{{turn.x.x, turn.y.x, turn.z.x},
+                              {turn.x.y, turn.y.y, turn.z.y},
+                              {turn.x.z, turn.y.z, turn.z.z}};
+    const Sym3<double> i =
+        turned(to_own, Sym3<double>{from[4], from[5], from[6], from[7], from[8], from[9]});
+    const double entries[6] = {i.xx, i.xy, i.xz, i.yy, i.yz, i.zz};
+    std::copy(entries, entries + 6, load.inertia);
+    self.scene.loads.push_back(load);
+}
+
+void vary_points(GivenScene& self, const std::vector<int>& contacts) {
+    for (int entry : contacts)
+        if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
+            throw nb::value_error("points: there is no such contact");
+    self.scene.points = contacts;
+}
+
+// Arrays of a batch by name, and the points that geometry found.
+struct Given {
+    const nb::dict& arrays;
+    int size;
+    std::vector<Meeting> meetings;
+
+    Column column(const char* name, std::size_t width) const {
+        return column_of(nb::cast<std::optional<Matrix>>(arrays[name]), size, width, name);
+    }
+
+    void read_meetings(BatchInput& in) {
+        if (arrays["meeting_start"].is_none()) return;
+        const Integers start = nb::cast<Integers>(arrays["meeting_start"]);
+        const Integers entries = nb::cast<Integers>(arrays["meeting_entries"]);
+        const Array numbers = nb::cast<Array>(arrays["meeting_numbers"]);
+        const std::size_t count = entries.size();
+        const double* x = data_of(numbers, 7 * count, "meeting_numbers");
+        const int* first = data_of(start, size + 1, "meeting_start");
+        for (int i = 0; i <= size; ++i)
+            if (first[i] < (i > 0 ? first[i - 1] : 0) || first[i] > static_cast<int>(count))
+                throw nb::value_error("meeting_start: rising numbers are wanted");
+        meetings.resize(count);
+        for (std::size_t i = 0; i < count; ++i, x += 7) {
+            meetings[i].entry = entries.data()[i];
+            std::copy(x, x + 3, meetings[i].point);
+            std::copy(x + 3, x + 6, meetings[i].normal);
+            meetings[i].gap = x[6];
+        }
+        in.meetings = meetings.data();
+        in.meeting_start = first;
+    }
+};
+
+double* output_of(const nb::dict& outputs, const char* name, std::size_t size) {
+    if (!outputs.contains(name)) return nullptr;
+    const Output array = nb::cast<Output>(outputs[name]);
+    if (array.size() != size)
+        throw nb::value_error((std::string(name) + ": another size is wanted").c_str());
+    return array.data();
+}
+
+void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
+           const std::vector<int>& joints, const std::vector<std::pair<int, Array>>& links,
+           const nb::dict& arrays, const Codes& known, const nb::dict& outputs, const Codes& codes,
+           int threads, const nb::object& tell) {
+    const Scene& scene = self.scene;
+    const std::size_t nv = self.model.nv, contacts = scene.contacts.size(), B = codes.size();
+    if (law.contacts.size() != contacts || known.size() != B)
+        throw nb::value_error("the law or the codes are of another size");
+    Batch batch;
+    batch.scene = &scene;
+    batch.law = &law;
+    batch.is_regular = is_regular;
+    batch.joints = joints;
+    for (int joint : joints) check_body(self.model, joint);
+    for (const auto& [body, centre] : links) {
+        check_body(self.model, body);
+        Link link;
+        link.body = body;
+        to_body(self.model, body, data_of(centre, 3, "centre"), link.centre);
+        batch.links.push_back(link);
+    }
+    Given given{arrays, static_cast<int>(B), {}};
+    BatchInput& in = batch.in;
+    in.size = given.size;
+    in.q = given.column("q", self.model.nq);
+    in.v = given.column("v", nv);
+    in.impulses = given.column("impulses", 6 * scene.blows.size() + scene.kicks.size());
+    in.restitution = given.column("restitution", contacts);
+    in.friction = given.column("friction", contacts);
+    in.masses = given.column("masses", scene.loads.size());
+    in.points = given.column("points", 3 * scene.points.size());
+    in.function_rows = given.column("function_rows", scene.function_rows * nv);
+    in.function_contacts =
+        given.column("function_contacts", scene.function_contacts * (1 + 3 * nv));
+    given.read_meetings(in);
+    in.codes = known.data();
+    if (!in.q.data || !in.v.data || (!scene.loads.empty() && !in.masses.data) ||
+        (!scene.points.empty() && !in.points.data) ||
+        (scene.function_rows > 0 && !in.function_rows.data) ||
+        (scene.function_contacts > 0 && !in.function_contacts.data) ||
+        (scene.blows.size() + scene.kicks.size() > 0 && !in.impulses.data))
+        throw nb::value_error("an array of the batch is missing");
+    BatchOutput& out = batch.out;
+    out.codes = codes.data();
+    out.v_after = output_of(outputs, "v_after", B * nv);
+    out.dv = output_of(outputs, "dv", B * nv);
+    out.generalized_impulse = output_of(outputs, "generalized_impulse", B * nv);
+    out.energy_change = output_of(outputs, "energy_change", B);
+    out.contact_impulses = output_of(outputs, "contact_impulses", B * contacts * 3);
+    out.normal_components = output_of(outputs, "normal_components", B * contacts * 3);
+    out.constraint_impulses = output_of(outputs, "constraint_impulses", B * scene.rows());
+    out.reactions = output_of(outputs, "reactions", B * joints.size() * 6);
+    out.bodies = output_of(outputs, "bodies", B * links.size() * 6);
+    const nb::gil_scoped_release release;
+    solve_rows(batch, threads, [&](int done) {
+        const nb::gil_scoped_acquire hold;
+        if (PyErr_CheckSignals() != 0) throw nb::python_error();
+        if (!tell.is_none()) tell(done);
+    });
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_batch(nb::module_& module) {
+    using namespace impulsekit;
+    nb::class_<ContactLaw>(module, "ContactLaw", "A law, and the coefficients of each contact.")
+        .def(
+            "__init__",
+            [](ContactLaw* self, int restitution, int slip, int order, double exponent) {
+                new (self) ContactLaw();
+                self->law = law_of(restitution, slip, order, exponent);
+            },
+            nb::arg("restitution"), nb::arg("slip"), nb::arg("order"), nb::arg("exponent"))
+        .def("add", &add_contact, nb::arg("restitution"), nb::arg("friction"), nb::arg("number"),
+             nb::arg("tangential"), nb::arg("stiffness"), nb::arg("adhesion"), nb::arg("rolling"),
+             nb::arg("torsion"));
+    module.def("add_blow", &add_blow, nb::arg("scene"), nb::arg("site"), nb::arg("is_local"));
+    module.def("add_kick", &add_kick, nb::arg("scene"), nb::arg("v"));
+    module.def("add_load", &add_load, nb::arg("scene"), nb::arg("body"), nb::arg("numbers"));
+    module.def("vary_points", &vary_points, nb::arg("scene"), nb::arg("contacts"));
+    bind_solve_batch(module);
+    module.def(
+        "instruction_set",
+        [] {
+#if defined(__x86_64__)
+            if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                __builtin_cpu_supports("avx512vl"))
+                return "avx512";
+            if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "avx2";
+#endif
+            return "";
+        },
+        "The widest instruction set here for which batches are built.");
+}
+
+void bind_solve_batch(nb::module_& module) {
+    using namespace impulsekit;
+    module.def("solve_batch", &solve, nb::arg("scene"), nb::arg("law"), nb::arg("is_regular"),
+               nb::arg("joints"), nb::arg("links"), nb::arg("arrays"), nb::arg("known"),
+               nb::arg("outputs"), nb::arg("codes"), nb::arg("threads"), nb::arg("tell").none(),
+               "Solve many states of a scene; arrays by name, outputs are written.");
+}

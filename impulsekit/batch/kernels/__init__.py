@@ -1,1 +1,0 @@
-"""Kernels in numba: plain arrays in, plain arrays out, several states side by side."""
