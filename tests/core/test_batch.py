@@ -1,0 +1,83 @@
+"""Batches in the core: the same bits by every instruction set, and what happens in threads."""
+
+import importlib
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from impulsekit._core import instruction_set
+from impulsekit.batch import solve as batches
+
+from ..batch.compare import random_states
+
+FEET = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
+
+
+@pytest.fixture(scope="module")
+def solo():
+    return ik.Robot.from_example("solo12", root="freeflyer")
+
+
+def modules():
+    """Those that this processor can run, the plain one first."""
+    names = {"": [], "avx2": ["avx2"], "avx512": ["avx2", "avx512"]}[instruction_set()]
+    return ["impulsekit._core", *(f"impulsekit._core_{name}" for name in names)]
+
+
+@pytest.mark.parametrize("struck", [False, True])
+def test_every_instruction_set_gives_the_same_bits(solo, struck, monkeypatch):
+    blow = ik.AppliedImpulse("base_link", linear=[1, 2, 3], at=[0.1, 0, 0])
+    feet = [] if struck else [ik.Contact(f, restitution=0.3, friction=0.5) for f in FEET]
+    scene = ik.Scene(solo, [blow], contacts=feet)
+    q, v = random_states(solo, 203)
+    found = []
+    for name in modules():
+        module = importlib.import_module(name)
+        monkeypatch.setattr(batches, "_kernels", lambda module=module: module)
+        found += [ik.solve_batch(scene, q, v, threads=threads).v_after for threads in (1, 3)]
+    assert all(np.array_equal(found[0], other) for other in found[1:])
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_function_that_fails_ends_the_batch_and_nothing_else(solo, threads):
+    calls = []
+
+    def failing(speed):
+        calls.append(speed)
+        if len(calls) > 20:
+            raise ValueError("worn out")
+        return 0.5
+
+    scene = ik.Scene(solo, contacts=[ik.Contact("FL_FOOT", restitution=failing)])
+    q, v = random_states(solo, 500)
+    with pytest.raises(ik.errors.CallbackError, match="worn out"):
+        ik.solve_batch(scene, q, v, threads=threads)
+    assert len(calls) < 500
+    plain = ik.Scene(solo, contacts=[ik.Contact("FL_FOOT", restitution=0.5)])
+    assert ik.solve_batch(plain, q, v, threads=threads).valid.all()
+
+
+def test_ctrl_c_ends_a_batch(solo):
+    feet = [ik.Contact(f, restitution=0.3, friction=0.5) for f in FEET]
+    q, v = random_states(solo, 500)
+    scene, many = ik.Scene(solo, contacts=feet), (np.tile(q, (1000, 1)), np.tile(v, (1000, 1)))
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt):
+        timer.start()
+        ik.solve_batch(scene, *many)
+    assert ik.solve_batch(scene, q, v).valid.all()
+
+
+def test_rows_that_cannot_be_solved_are_told(solo):
+    scene = ik.Scene(solo, contacts=[ik.Contact("FL_FOOT")])
+    q, v = random_states(solo, 20)
+    q[3, 1], v[5, 2], q[7, 3:7] = np.nan, np.inf, 2.0
+    batch = ik.solve_batch(scene, q, v)
+    told = {3: ik.Status.NOT_FINITE, 5: ik.Status.NOT_FINITE, 7: ik.Status.OFF_MANIFOLD}
+    for row in range(20):
+        assert batch.status[row] == told.get(row, ik.Status.SOLVED)
+        assert np.isnan(batch.v_after[row]).all() == (row in told)
