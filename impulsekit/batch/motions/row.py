@@ -147,7 +147,7 @@ def impact_columns(scene: Scene, impacts: tuple[tuple[float, Any], ...]) -> dict
         "v_after": np.empty((count, nv)),
     }
     for i, (_, impact) in enumerate(impacts):
-        columns["status"][i] = impact.status_of_shown
+        columns["status"][i] = impact.status
         columns["v_before"][i], columns["v_after"][i] = impact.v_before, impact.v_after
         for k, impulse in contact_impulses(impact).items():
             columns["touching"][i, k] = True
