@@ -145,6 +145,56 @@ def _arm(gap=None, ends=0.0, aim=None, *, v=V_ARM, text=True, plain=True, near=N
     return Entry(scene, Q_ARM, v, gap, ends, aim, text=text, plain=plain, near=near)
 
 
+BOTH = ik.combine(arm=ARM, ball=BALL)
+HAND, EAR = (0.1, 0.05, -1.0), (0.03, -0.02, 0.04)
+
+
+def between(*ways):
+    """Where the arm's hand is from a point of the ball, along some directions."""
+
+    def gap(q):
+        apart = at(BOTH, q, "arm/link_3", HAND) - at(BOTH, q, "ball/ball", EAR)
+        return np.array([apart @ np.array(way, dtype=float) for way in ways])
+
+    return gap
+
+
+def length_between(q):
+    return np.array([np.linalg.norm(between(*np.eye(3))(q))])
+
+
+def hinged(q):
+    """How far the ball is turned in the hand about the hand's x and y, from where it was."""
+    turns = []
+    for state in (q, Q_BOTH):
+        data = BOTH.model.createData()
+        pin.framesForwardKinematics(BOTH.model, data, state)
+        hand, ball = (data.oMf[BOTH.frame_id(f)].rotation for f in ("arm/link_3", "ball/ball"))
+        turns.append(hand.T @ ball)
+    return pin.log3(turns[0] @ turns[1].T)[:2]
+
+
+HALF = np.array([0.3, -0.2, 0.1, 1.0]) / np.sqrt(1.14)
+V_BOTH = np.array([1.0, -2.0, 0.7, 0.4, -0.3, 0.9, 2.0, 1.0, -3.0])
+
+
+def _configuration():
+    q = np.concatenate([Q_ARM, [0.5, 0.1, -2.0, *HALF]])
+    # Where the two points are one.
+    q[3:6] += between(*np.eye(3))(q)
+    return q
+
+
+Q_BOTH = _configuration()
+Q_APART = np.add(Q_BOTH, [0.2, 0.1, 0, 0, 0.3, 0, 0, 0, 0, 0])
+
+
+def _both(gap=None, ends=0.0, q=Q_BOTH, v=V_BOTH, near=None, **entries):
+    """The arm and a ball in flight."""
+    near = near and ik.Scene(BOTH, contacts=near)
+    return Entry(ik.Scene(BOTH, **entries), q, v, gap, ends, near=near)
+
+
 def _dropped(expected, contact=None, spin=(0.0, 0.0, 0.0), blows=(), fall=-2.0, slide=3.0, **more):
     """A ball that comes down on a plane, with v_x = 3 m/s."""
     flags = {name: more.pop(name) for name in ("plain", "text", "materials") if name in more}
@@ -202,6 +252,11 @@ def _entries() -> dict[str, Entry]:
     tip = {"at": TIP, "other_at": (1.0, 0.3, 0.0)}
     plane = {"at": TIP, "origin": TIP_PLACE, "normal": DOWN}
     blow = ik.AppliedImpulse("link_2", [1, 2, -1], [0.1, 0.3, 0], at=[0.1, 0, -0.5])
+    (far,) = length_between(Q_APART)
+    parting = V_BOTH if slopes(BOTH.model, length_between, Q_APART)[0] @ V_BOTH > 0 else -V_BOTH
+    ball = BOTH.model.createData()
+    pin.framesForwardKinematics(BOTH.model, ball, Q_BOTH)
+    side = ball.oMf[BOTH.frame_id("ball/ball")].rotation @ DOWN
     outward = -V_ARM if np.dot(slopes(ARM.model, tip_distance, Q_ARM)[0], V_ARM) < 0 else V_ARM
     toward = (
         V_ARM if slopes(ARM.model, lambda q: tip_along(q, DOWN), Q_ARM)[0] @ V_ARM < 0 else -V_ARM
@@ -227,6 +282,21 @@ def _entries() -> dict[str, Entry]:
         ),
         "DistanceAnchor": _arm(
             tip_distance, constraints=[ik.DistanceAnchor("link_3", **tip)], impulses=[blow]
+        ),
+        "PointAnchor-between": _both(
+            between(*np.eye(3)),
+            constraints=[ik.PointAnchor("arm/link_3", "ball/ball", HAND, EAR)],
+        ),
+        "FrameAnchor-between": _both(
+            lambda q: np.concatenate([between(*np.eye(3))(q), hinged(q)]),
+            constraints=[
+                ik.FrameAnchor("arm/link_3", "ball/ball", HAND, EAR,
+                               directions=("x", "y", "z", "rx", "ry"), axes="local")
+            ],
+        ),
+        "DistanceAnchor-between": _both(
+            length_between, q=Q_APART,
+            constraints=[ik.DistanceAnchor("arm/link_3", "ball/ball", HAND, EAR)],
         ),
         "JointLock": _arm(lambda q: q[[1]], constraints=[ik.JointLock("joint_2")]),
         "JointLock-kept": _arm(
@@ -259,6 +329,18 @@ def _entries() -> dict[str, Entry]:
             tip_distance, -0.5, v=outward,
             contacts=[ik.Rope("link_3", length=rope, restitution=0.5, **tip)],
             near=[ik.Rope("link_3", length=rope - 0.01, restitution=0.5, **tip)],
+        ),
+        "Rope-between": _both(
+            length_between, -0.5, q=Q_APART, v=parting,
+            contacts=[ik.Rope("arm/link_3", "ball/ball", HAND, EAR, far, restitution=0.5)],
+            near=[ik.Rope("arm/link_3", "ball/ball", HAND, EAR, far - 0.01, restitution=0.5)],
+        ),
+        "Contact-between": _both(
+            between(side), -0.5,
+            v=V_BOTH if slopes(BOTH.model, between(side), Q_BOTH)[0] @ V_BOTH < 0 else -V_BOTH,
+            contacts=[
+                ik.Contact("arm/link_3", HAND, DOWN, EAR, "ball/ball", restitution=0.5)
+            ],
         ),
         "GapContact": _arm(
             lambda q: np.array([cam(q)]), -0.5, contacts=[ik.GapContact(cam, restitution=0.5)],

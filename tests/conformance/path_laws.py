@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 __all__ = ["struck_along_path"]
 
-# Slip of this share of the largest velocity is none.
-ENDED = 1e-14
+# Slip is followed down to this share of the largest velocity; less than the second is none.
+ENDED, NO_SLIP = 1e-14, 1e-11
 TOLERANCE = {"method": "DOP853", "rtol": 2e-13, "atol": 1e-15}
 
 
@@ -33,7 +33,7 @@ def struck_along_path(W, u, e, mu, restitution):
             goal, value = "impulse", (1.0 + e) * compressed[0]
         else:
             goal, value = "work", (1.0 - e * e) * compressed[1]
-        if mu > 0.0 and np.hypot(*now[:2]) > ENDED * speed:
+        if mu > 0.0 and np.hypot(*now[:2]) > NO_SLIP * speed:
             P, work, over = _slips(W, start, P, mu, work, goal, value, ENDED * speed)
         else:
             P, work = _straight(W, now, P, _pull(tt, w, mu), work, goal, value)
