@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.impact.contact_law import ContactProblem, Turning, solve_contacts
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
 MASS, INERTIA = 0.5, 5e-4
@@ -74,34 +73,6 @@ def test_all_six_rows_of_a_body_without_symmetry():
     assert impact.energy.change < 0 and abs(impact.energy.imbalance) < 1e-13
 
 
-@pytest.mark.parametrize("restitution", ["newton", "poisson"])
-def test_without_coefficients_the_law_is_that_of_friction(restitution):
-    """Rows of turning that resist nothing leave the answer of the other solver, to rounding."""
-    rng = np.random.default_rng(7)
-    for _ in range(30):
-        n = int(rng.integers(1, 4))
-        rows = rng.normal(size=(6 * n, 6 * n + 3))
-        W, u = rows @ rows.T, rng.normal(size=6 * n)
-        u[2 : 3 * n : 3] = -np.abs(u[2 : 3 * n : 3])
-        e, mu, zero = rng.uniform(0, 0.5, n), rng.uniform(0, 0.4, n), np.zeros(n)
-        turning = Turning(np.arange(n), zero, zero)
-        law = ik.Law(restitution)
-        six = solve_contacts(ContactProblem(W, u, u, e, mu, zero, turning=turning), law)
-        W, u = W[: 3 * n, : 3 * n], u[: 3 * n]
-        three = solve_contacts(ContactProblem(W, u, u, e, mu, zero), law)
-        assert six.residual < 1e-13 and not six.impulse[3 * n :].any()
-        assert six.velocity_after[: 3 * n] == pytest.approx(three.velocity_after, abs=1e-11)
-
-
-def test_zero_coefficients_change_no_bit():
-    v = [1.3, 0.2, -2.0, 1.0, 7.0, -3.0]
-    plain = bounced(v, restitution=0.3, friction=0.2)
-    zero = bounced(v, restitution=0.3, friction=0.2, rolling=0.0, torsion=0)
-    assert zero.v_after.tobytes() == plain.v_after.tobytes()
-    assert zero.contacts[0].points[0].turning is None
-    assert not zero.contacts[0].angular_impulse.any()
-
-
 def test_redundant_corners_share_the_moments():
     """A box on four corners that spins: the resultant is that of one patch."""
     box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer").with_ground()
@@ -115,46 +86,3 @@ def test_redundant_corners_share_the_moments():
     assert impact.contacts[0].angular_impulse[2] == pytest.approx(-2e-3 * normal, rel=1e-9)
     inertia = box.model.inertias[1].inertia[2, 2]
     assert impact.v_after[5] == pytest.approx(4.0 - 2e-3 * normal / inertia, rel=1e-10)
-
-
-def test_batches_solve_such_rows_one_by_one():
-    floor = ik.Contact("ball", at=[0, 0, -R], restitution=0.5, friction=0.4, rolling=1e-3)
-    scene = ik.Scene(BALL, contacts=[floor], gap_bound=9)
-    v = np.random.default_rng(3).normal(size=(5, 6)) - [0, 0, 3, 0, 0, 0]
-    batch = ik.solve_batch(scene, BALL.neutral(), v)
-    assert "rolling" in " ".join(batch.plan.why) and batch.valid.all()
-    for row, own in zip(batch.v_after, v, strict=True):
-        assert row.tobytes() == ik.solve(scene, BALL.neutral(), own).v_after.tobytes()
-
-
-@pytest.mark.parametrize(
-    ("law", "more"),
-    [
-        (ik.Law("stronge", "path"), {}),
-        (ik.Law(slip="path"), {}),
-        (ik.Law(order="sequential"), {}),
-        (ik.Law("lzb"), {"stiffness": 1.0}),
-        (ik.Law(), {"adhesion": 1.0}),
-    ],
-)
-def test_other_laws_refuse_it(law, more):
-    contact = ik.Contact("ball", rolling=1e-3, **more)
-    with pytest.raises(ik.errors.InputError, match="rolling and torsion need"):
-        ik.Scene(BALL, contacts=[contact], law=law)
-
-
-@pytest.mark.parametrize("field", ["rolling", "torsion"])
-@pytest.mark.parametrize("value", [-1e-3, np.inf, np.nan])
-def test_bad_coefficients_are_refused(field, value):
-    with pytest.raises(ik.errors.ImpulsekitError, match=f"{field} must be"):
-        ik.Contact("ball", **{field: value})
-
-
-def test_what_has_no_meaning_with_them_says_so():
-    impact = bounced([0, 0, -2.0, 0, 0, 12.0], torsion=1e-3)
-    for refuses in (
-        ik.derivatives,
-        lambda i: ik.force_history(i, ik.Hertz(E=1e7, nu=0.3, radius=1)),
-    ):
-        with pytest.raises(ik.errors.InputError, match="rolling"):
-            refuses(impact)

@@ -1,0 +1,143 @@
+"""Contacts one after the other: to the last digit of their approach, and to the limit."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+from .rows import box_rows, in_own_rows, solved, solved_rows, turned
+from .test_several_contacts import along_normals
+
+LAWS = [
+    ik.Law("newton", "end", "sequential"),
+    ik.Law("poisson", "end", "sequential"),
+    ik.Law("newton", "path", "sequential"),
+    ik.Law("stronge", "path", "sequential"),
+]
+NEWTON = LAWS[0]
+every_law = pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law.restitution} {law.slip}")
+WALLS = along_normals([[1.0], [-1.0]])
+
+
+def test_an_approach_far_slower_than_the_first_is_struck_as_well():
+    J = along_normals(np.eye(2))
+    after = solved_rows(J, [-1.0, -5e-14], 0.5, law=NEWTON).v_after
+    assert after == pytest.approx([0.5, 2.5e-14], rel=1e-12)
+
+
+@every_law
+@pytest.mark.parametrize("approach", [1.0, 1e-4, 1e-8, 1e-12])
+def test_a_box_that_slides_fast_and_falls_slowly_comes_to_lie(law, approach):
+    """Rounding of its slip is no approach."""
+    J, rng = box_rows(), np.random.default_rng(3)
+    for _ in range(2):
+        v = np.r_[3 * rng.normal(size=2), -approach, approach * rng.normal(size=2), 3.0]
+        impact = solved_rows(J, v, 0.0, 0.3, law=law)
+        assert impact.is_valid()
+        assert (J @ impact.v_after)[2::3].min() >= -1e-14 * np.abs(J @ v).max()
+
+
+@pytest.mark.parametrize("gap", [0.3, 1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("e", [0.0, 0.2])
+def test_a_series_of_hits_has_the_sum_that_fractions_give(gap, e):
+    """W = [[1, c], [c, 1]] with c = gap − 1: each hit drives the other contact back, almost
+    as fast, and in the limit none approaches: 0 = u + W P."""
+    c = Fraction(gap) - 1
+    first, second = Fraction(-1), Fraction(-1, 4)
+    det = 1 - c * c
+    exact = [float((-first + c * second) / det), float((c * first - second) / det)]
+    W, u = np.zeros((6, 6)), np.array([0, 0, -1.0, 0, 0, -0.25])
+    W[2::3, 2::3] = [[1, float(c)], [float(c), 1]]
+    impact, after = solved(W, u, e, law=NEWTON)
+    assert impact.is_valid()
+    if e == 0.0 or gap <= 1e-2:
+        assert in_own_rows(impact)[2::3] == pytest.approx(exact, rel=1e-8)
+        assert np.abs(after[2::3]).max() <= 1e-13 / gap
+
+
+def test_walls_that_give_back_what_they_get_are_hit_without_end():
+    assert not solved_rows(WALLS, [-1.0], 1.0, law=NEWTON).is_valid()
+
+
+@pytest.mark.parametrize("e", [0.5, 0.999])
+def test_walls_that_give_back_less_bring_what_is_between_them_to_rest(e):
+    """P₁ = 1 + e + (1 + e) e² + …, which is 1/(1 − e); P₂ is e times that."""
+    impact = solved_rows(WALLS, [-1.0], e, law=NEWTON)
+    assert impact.is_valid() and np.abs(impact.v_after).max() < 1e-12
+    assert in_own_rows(impact)[2::3] == pytest.approx([1 / (1 - e), e / (1 - e)], rel=1e-9)
+
+
+def test_two_laws_for_one_contact_under_a_blow():
+    """Sequential: the blow acts first, and the contact gives back what approaches then."""
+    J = along_normals([[1.0]])
+    assert solved_rows(J, [0.0], 0.5, blow=[-2.0], law=NEWTON).v_after[0] == 1.0
+    assert solved_rows(J, [0.0], 0.5, blow=[-2.0]).v_after[0] == 0.0
+
+
+@pytest.mark.parametrize("law", LAWS[:2], ids=lambda law: law.restitution)
+def test_axes_units_and_order_do_not_decide_which_comes_first(law):
+    """A contact counts in m/s, a joint stop in rad/s: scaled rows give scaled impulses."""
+    rng = np.random.default_rng(7)
+    for _ in range(12):
+        J, v = rng.normal(size=(12, 6)), rng.normal(size=6)
+        e, mu = rng.uniform(0, 0.8, 4), rng.uniform(0, 0.5, 4)
+        one = solved_rows(J, v, e, mu, law=law)
+        basis = turned(rng, 4) * np.repeat(10.0 ** rng.uniform(-2, 2, 4), 3)[:, None]
+        owner = (basis[2::3, 2::3] != 0.0).astype(float)
+        other = solved_rows(basis @ J, v, owner @ e, owner @ mu, law=law)
+        assert other.is_valid() == one.is_valid()
+        if one.is_valid():
+            assert other.v_after == pytest.approx(one.v_after, abs=1e-9)
+
+
+@every_law
+def test_rounding_at_a_contact_that_nothing_moves_is_no_approach(law):
+    """Its parts cannot move against each other: row and velocity are rounding errors."""
+    rng = np.random.default_rng(9)
+    J, v = rng.normal(size=(6, 6)), rng.normal(size=6)
+    J[5] *= 1e-17
+    J[2::3] *= -np.sign(J[2::3] @ v)[:, None]
+    beside = solved_rows(J, v, 0.3, 0.2, law=law)
+    alone = solved_rows(J[:3], v, 0.3, 0.2, law=law)
+    assert beside.contacts[0].impulse == pytest.approx(alone.contacts[0].impulse, rel=1e-12)
+    assert not beside.contacts[1].impulse.any()
+
+
+@pytest.mark.parametrize("slip", ["end", "path"])
+def test_two_contacts_of_one_motion_that_face_each_other_come_to_rest(slip):
+    rng, law = np.random.default_rng(2), ik.Law("poisson", slip, "sequential")
+    for _ in range(8):
+        J = rng.normal(size=(6, 1))
+        J[2::3] = np.abs(J[2::3]) * [[1.0], [-1.0]]
+        impact = solved_rows(J, rng.normal(size=1), [0.7, 1.0], [0.0, 0.2], law=law)
+        if impact.is_valid():
+            assert np.abs(J @ impact.v_after).max() < 1e-11 * np.abs(J @ impact.v_before).max()
+
+
+def test_contacts_that_are_alike_are_hit_by_their_order_and_the_other_answer_is_told():
+    """A rod of length 2 and inertia 1/3 falls flat on its ends: one end, then the other."""
+    J = along_normals([[1.0, -np.sqrt(3.0)], [1.0, np.sqrt(3.0)]])
+    impact = solved_rows(J, [-1.0, 0.0], 0.5, law=NEWTON)
+    assert impact.uniqueness.several
+    assert impact.uniqueness.others[0] == pytest.approx(impact.v_after * [1, -1], abs=1e-13)
+    assert solved_rows(J, [-1.0, 0.0], [0.5, 0.4], law=NEWTON).uniqueness.proven
+
+
+@pytest.mark.parametrize("slip", ["end", "path"])
+def test_energy_gained_in_turn_is_not_paid_by_what_lies_apart(slip):
+    """Newton's hits may gain where contacts are coupled; what is lost elsewhere hides nothing."""
+    law, gained = ik.Law("newton", slip, "sequential"), 0
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        part, v = rng.normal(size=(6, 3)), rng.normal(size=3)
+        J = np.zeros((9, 6))
+        J[:6, :3], J[6:, 3:] = part, 0.2 * np.eye(3)
+        alone = solved_rows(part, v, 0.8, 0.8, law=law)
+        both = solved_rows(J, [*v, 0, 0, -100.0], [0.8] * 2 + [0.0], [0.8] * 2 + [0.0], law=law)
+        assert both.is_valid() == alone.is_valid()
+        gained += alone.energy.change > 1e-9
+    assert gained >= 1

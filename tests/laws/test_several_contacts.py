@@ -1,0 +1,284 @@
+"""Several contacts at once: known answers, contradictions, redundant rows in every writing."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+from tests.conformance.end_laws import left_of_coulomb, newton_shift
+
+from .rows import box_rows, in_own_rows, rod, solved, solved_rows, sphere, turned
+
+POISSON = ik.Law("poisson")
+both_laws = pytest.mark.parametrize("law", [ik.Law(), POISSON], ids=lambda law: law.restitution)
+
+
+def along_normals(rows):
+    """(3n, nv) rows of contacts that only have normals."""
+    J = np.zeros((3 * len(rows), np.shape(rows)[1]))
+    J[2::3] = rows
+    return J
+
+
+def obeys(W, u, e, mu, P):
+    return left_of_coulomb(W, u + newton_shift(e, u), np.broadcast_to(mu, len(u) // 3), P)
+
+
+@pytest.mark.parametrize("theta", [0.01, 0.4, 0.9, 1.57])
+@both_laws
+def test_a_falling_rod(theta, law):
+    """P = (1 + e) m v / (1 + 3 cos²θ)."""
+    impact, _ = solved(rod(theta, 1.3), [0, 0, -2.1], 0.3, law=law)
+    wanted = 1.3 * 1.3 * 2.1 / (1 + 3 * np.cos(theta) ** 2)
+    assert in_own_rows(impact)[2] == pytest.approx(wanted, rel=1e-13)
+
+
+@pytest.mark.parametrize("b", [0.1, 0.3, 0.6, 0.8, 1.2])
+@both_laws
+def test_housners_block(b, law):
+    """ω⁺/ω⁻ = (2h² − b²)/(2(h² + b²)) for b < √2 h, and the pivot lets go; a wide one stops."""
+    m, h = 2.0, 0.5
+    # Corners at (∓b, −h) of a block that turns about the left one while the right one lands.
+    J = np.array([row for x in (-b, b) for row in ([1.0, 0, h], [0.0, 0, 0], [0.0, 1, x])])
+    unit = np.sqrt([m, m, m * (b * b + h * h) / 3])
+    impact = solved_rows(J / unit, unit * [h, -b, -1.0], 0.0, 20.0, law=law)
+    after = impact.v_after / unit
+    if b < np.sqrt(2) * h:
+        assert -after[2] == pytest.approx((2 * h * h - b * b) / (2 * (h * h + b * b)))
+        assert (J @ after)[2] > 0 and np.abs(impact.contacts[0].impulse).max() < 1e-12
+    else:
+        assert after == pytest.approx(np.zeros(3), abs=1e-12)
+    assert impact.is_valid()
+
+
+def test_balls_in_a_row():
+    """Three equal ones at once leave −1/3, 2/3, 2/3; in sequence the last goes on alone."""
+    for n in (3, 5):
+        J = along_normals(np.eye(n - 1, n, 1) - np.eye(n - 1, n))
+        together = solved_rows(J, np.eye(n)[0], 1.0)
+        assert together.energy.change == pytest.approx(0, abs=1e-14)
+        if n == 3:
+            assert together.v_after == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=1e-14)
+        in_turn = solved_rows(J, np.eye(n)[0], 1.0, law=ik.Law(order="sequential"))
+        assert in_turn.v_after == pytest.approx(np.eye(n)[-1], abs=1e-14)
+
+
+def test_opposing_walls_contradict_each_other():
+    """Between two, both touching, Newton's law has no answer; Poisson's has one."""
+    walls = along_normals([[1.0], [-1.0]])
+    assert not solved_rows(walls, [-1.0], 0.5).is_valid()
+    impact = solved_rows(walls, [-1.0], 0.5, law=POISSON)
+    assert impact.is_valid() and abs(impact.v_after[0]) < 1e-14
+
+
+def test_what_no_impulse_can_stop_has_no_solution():
+    """The second contact approaches by what is driven alone."""
+    rows = along_normals([[1.0, 0.0], [0.0, 1.0]])
+    for law in (ik.Law(), POISSON, ik.Law(order="sequential")):
+        assert not solved_rows(rows, [-1.0, -0.5], law=law, kept=1).is_valid()
+
+
+@both_laws
+def test_contacts_that_do_not_couple_do_what_each_does_alone(law):
+    """Also where one of them gains energy, is wedged, or has several answers."""
+    rng = np.random.default_rng(5)
+    wedge = np.array([[4.0, 0.0, -3.0], [0.0, 4.0, 0.0], [-3.0, 0.0, 2.5]])
+    rough = rng.normal(size=(6, 9))
+    parts = [
+        (sphere(), np.array([1.0, 0, -1.0]), 0.5, 0.1),
+        (wedge, np.array([-1.0, 0.0, 0.2]), 0.0, 2.0),
+        (rough @ rough.T, np.array([0.3, -0.4, -1.0, 0.8, 0.1, -2.0]), 0.5, 0.4),
+    ]
+    for count in (2, 3):
+        for chosen in itertools.combinations(parts, count):
+            size = sum(len(u) for _, u, _, _ in chosen)
+            W, at = np.zeros((size, size)), 0
+            for own, u, _, _ in chosen:
+                W[at : at + len(u), at : at + len(u)] = own
+                at += len(u)
+            e = np.concatenate([np.full(len(u) // 3, e) for _, u, e, _ in chosen])
+            mu = np.concatenate([np.full(len(u) // 3, mu) for _, u, _, mu in chosen])
+            together, _ = solved(W, np.concatenate([u for _, u, _, _ in chosen]), e, mu, law=law)
+            alone = [solved(*part, law=law)[0] for part in chosen]
+            wanted = np.concatenate([in_own_rows(one) for one in alone])
+            assert in_own_rows(together) == pytest.approx(wanted, abs=1e-12)
+            several = any(one.uniqueness.several for one in alone)
+            assert together.uniqueness.several == several
+
+
+def test_a_tangent_without_friction_is_moved_by_another_contacts_normal():
+    """Two smooth walls at right angles: what one pushes is the other's slip."""
+    J = np.array([[0, 1.0], [0, 0], [1, 0], [1, 0], [0, 0], [0, 1]])
+    impact = solved_rows(J, [-1.0, -2.0], 0.5)
+    assert [*impact.contacts[0].velocity_after] == pytest.approx([1.0, 0, 0.5], abs=1e-14)
+    assert [*impact.contacts[1].velocity_after] == pytest.approx([0.5, 0, 1.0], abs=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@both_laws
+def test_axes_units_and_order_of_redundant_contacts_are_immaterial(seed, law):
+    """Fewer motions than rows, levers of all sizes: the same v⁺ in every writing."""
+    rng, compared = np.random.default_rng(seed), 0
+    for _ in range(8):
+        n = int(rng.integers(1, 6))
+        dof = int(rng.integers(1, min(3 * n, 7)))
+        J, v = rng.normal(size=(3 * n, dof)), rng.normal(size=dof)
+        J *= np.repeat(10.0 ** rng.uniform(-1.0, 1.0, n), 3)[:, None]
+        mu, e = rng.choice([0.2, 0.6, 1.0], n), rng.choice([0.0, 0.3, 0.7], n)
+        e = e if law is POISSON else np.zeros(n)
+        one = solved_rows(J, v, e, mu, law=law)
+        if not one.is_valid() or one.uniqueness.several:
+            continue
+        compared += 1
+        for unit in (1.0, 30.0):
+            basis = turned(rng, n)
+            owner = basis[2::3, 2::3]
+            other = solved_rows(unit * basis @ J, v, owner @ e, owner @ mu, law=law)
+            assert np.abs(other.v_after - one.v_after).max() < 1e-9 * np.abs(v).max()
+    assert compared >= 3
+
+
+def test_redundant_contacts_hold_wherever_one_share_of_the_load_can():
+    """Some P within the cones stops all motion: so what nothing needs to slip for stops."""
+    rng = np.random.default_rng(6)
+    for _ in range(15):
+        n = int(rng.integers(2, 6))
+        J, mu = rng.normal(size=(3 * n, int(rng.integers(1, 4)))), rng.uniform(0.3, 1.0, n)
+        P = rng.normal(size=(n, 3))
+        P[:, 2] = np.hypot(P[:, 0], P[:, 1]) / mu * rng.uniform(1.0, 2.0, n)
+        v = -J.T @ P.ravel()
+        after = solved_rows(J, v, 0.0, mu).v_after
+        assert np.abs(after).max() < 1e-11 * np.abs(v).max()
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 6])
+def test_what_holds_for_many(n):
+    """Newton's law in its natural map, of full rank and of less, and momentum in fractions."""
+    rng = np.random.default_rng(n)
+    for k in range(8):
+        dof = 3 * n + 2 if k % 2 else int(rng.integers(3, 3 * n))
+        J, v = rng.normal(size=(3 * n, dof)), rng.normal(size=dof)
+        mu = rng.uniform(0, 1, size=n) * (rng.uniform(size=n) > 0.2)
+        # Restitutions of dependent rows may contradict each other.
+        e = rng.uniform(size=n) if dof >= 3 * n else np.zeros(n)
+        impact = solved_rows(J, v, e, mu)
+        P = in_own_rows(impact)
+        assert obeys(J @ J.T, J @ v, e, mu, P) < 1e-11
+        assert (
+            np.abs(impact.v_after - v - J.T @ P).max() < 1e-12 * (1 + np.abs(J.T) @ np.abs(P)).max()
+        )
+
+
+@pytest.mark.parametrize("contradiction", [1e-12, 1e-9, 1e-7, 1e-5])
+@pytest.mark.parametrize("mu", [0.18, 0.9])
+def test_a_face_that_slams_beside_two_corners_that_all_but_rest(contradiction, mu):
+    """It turns about the edge on which two corners lie, and slides; these hardly part."""
+    rows, rng = box_rows(half=(0.0524,) * 3, m=0.37), np.random.default_rng(11)
+    unit = np.sqrt(0.37 * np.array([1, 1, 1, *[0.0524**2 * 2 / 3] * 3]))
+    for _ in range(4):
+        v = np.r_[rng.normal(size=2), 0.0, 0.0, rng.uniform(1, 6), rng.normal()]
+        v[2] = -0.0524 * abs(v[4]) + contradiction * rng.uniform(-1, 1)
+        e, v = rng.uniform(0.05, 0.6), v * unit
+        impact = solved_rows(rows, v, e, mu)
+        assert impact.is_valid()
+        assert obeys(rows @ rows.T, rows @ v, e, mu, in_own_rows(impact)) < 1e-11
+
+
+def test_a_gram_squeezed_between_contacts_leaves_none_out_of_touch():
+    """Impulses in balance on a light body: rounding of W P is far above what counts as rest."""
+    light = 1e-9
+    J = along_normals([[1.0, 0, 0], [0, 1 / np.sqrt(light), -1.0], [0.7, -1 / np.sqrt(light), 0]])
+    v = np.array([-1.5, 2e-5, 1.0])
+    impact = solved_rows(J, v)
+    after = [contact.velocity_after[2] for contact in impact.contacts]
+    assert impact.is_valid() and min(after) > -1e-9
+
+
+def test_rounding_of_dependent_rows_does_not_choose_between_two_answers():
+    """The last contact parts unless friction wedges it, and it has two motions for three rows."""
+    J = np.zeros((9, 6))
+    J[0, [0, 1, 3]] = -0.625, 0.281, 3.397
+    J[1, [0, 1, 3, 4]] = -0.127, 0.811, 0.268, 2.579
+    J[2, [0, 1, 3, 4, 5]] = 0.934, -1.333, -0.263, -0.906, 2.052
+    J[5, [2, 5]] = -13.939, 1.0
+    J[6:, :2] = (16.809, 0.0), (-4.65, 4.857), (6.413, -3.411)
+    v = np.zeros(6)
+    v[:2] = 0.0409, -0.0861
+    v[2:] = np.linalg.lstsq(J[:6, 2:], [-0.005, 1.239, 1.89, 0, 0, -0.236] - J[:6, :2] @ v[:2])[0]
+    rng, shown = np.random.default_rng(84), None
+    for _ in range(12):
+        near = J * (1.0 + 2e-15 * rng.normal(size=J.shape))
+        after = solved_rows(near, v, [1.0, 1.0, 0.0], [1.5, 0.0, 1.5]).v_after
+        shown = after if shown is None else shown
+        assert after == pytest.approx(shown, abs=1e-12)
+
+
+@pytest.mark.parametrize("twice", [False, True])
+@pytest.mark.parametrize("seed", [2, 3])
+def test_rows_that_nearly_depend_leave_no_slip_of_rounding(seed, twice):
+    """A point that may only rise, above an oblique plane: it must stick where it is stopped.
+
+    Two couplings that differ by 2e-3 hold what moves across. Of one contact the friction impulse
+    is the least, P_n c = m u, c and s being the cosine and sine of the plane, and what comes back
+    is e of it: v⁺ = e (c − µ s) P_n / m.
+    """
+    from tests.robots import masses_on_slides
+
+    rng = np.random.default_rng(seed)
+    robot = masses_on_slides((0.4, 0.3, 0.2))
+    ratio = rng.uniform(0.5, 2.0)
+    rows = [ik.JointCoupling("joint_0", "joint_1", r) for r in (ratio, ratio + 2e-3)]
+    tilt, turn = rng.uniform(0.4, 0.9), rng.uniform(-np.pi, np.pi)
+    c, s, mu, e = np.cos(tilt), np.sin(tilt), 0.2, 0.7
+    normal = (s * np.cos(turn), s * np.sin(turn), c)
+    contacts = [
+        ik.Contact(frame, normal=normal, friction=mu, restitution=e)
+        for frame in ("link_2", "link_2" if twice else "link_1")
+    ]
+    scene = ik.Scene(robot, constraints=rows, contacts=contacts, law=POISSON)
+    impact = ik.solve(scene, robot.neutral(), np.append(rng.normal(size=2), -1.0))
+    most, least = e * (c - mu * s) / c, e * (c - mu * s) / (c + mu * s)
+    assert impact.v_after[:2] == pytest.approx([0.0, 0.0], abs=1e-11)
+    # Touching twice, any share of the compression between the two obeys the law.
+    assert least - 1e-11 <= impact.v_after[2] <= most + 1e-11
+    assert twice or impact.v_after[2] == pytest.approx(most, abs=1e-11)
+
+
+@both_laws
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_a_box_on_four_corners(law, e):
+    """12 rows of rank 6: the resultant is unique, the corners are not."""
+    J, unit = box_rows(), np.sqrt([2.0, 2, 2, 2 * 0.05 / 3, 2 * 0.1 / 3, 2 * 0.13 / 3])
+    v = np.array([0.3, 0.0, -1.0, 0, 0, 0])
+    for mu in (0.05, 0.9):
+        impact = solved_rows(J, unit * v, e, mu, law=law)
+        assert impact.is_valid() and not any(c.unique for c in impact.contacts)
+        total = sum(contact.impulse for contact in impact.contacts)
+        after = impact.v_after / unit
+        assert total == pytest.approx(2.0 * (after - v)[:3], abs=1e-12)
+        assert after[[1, 3, 5]] == pytest.approx(np.zeros(3), abs=1e-10)
+        if mu < 0.1:
+            assert total[0] == pytest.approx(-mu * total[2], abs=1e-10)
+    straight = solved_rows(J, unit * [0, 0, -1.0, 0, 0, 0], e, 0.5, law=law)
+    assert straight.v_after / unit == pytest.approx([0, 0, e, 0, 0, 0], abs=1e-10)
+
+
+def test_poissons_shares_of_unequal_corners_leave_several_velocities():
+    """Where e differs, so does what comes back; Newton's law and one e leave one v⁺."""
+    J, v = box_rows(), np.sqrt(2.0) * np.array([0, 0, -1.0, 0, 0, 0])
+    assert solved_rows(J, v, [0.2, 0.5, 0.5, 0.8], law=POISSON).uniqueness.several
+    assert not solved_rows(J, v, [0.5] * 4, law=POISSON).uniqueness.several
+    assert not solved_rows(J, v, [0.2, 0.5, 0.5, 0.8]).uniqueness.several
+
+
+def test_slip_of_redundant_contacts_along_the_path_is_refused():
+    W = np.kron([[1.0, 0.1], [0.1, 1.0]], np.diag([3.5, 3.5, 1.0]))
+    for restitution in ("newton", "poisson", "stronge"):
+        law = ik.Law(restitution, "path")
+        with pytest.raises(ik.errors.InputError, match='order="sequential"'):
+            solved(W, [1, 0, -1, 0, 1, -2], 0.2, 0.3, law=law)
+        alone, _ = solved(W, [1, 0, -1, 0, 1, 2], 0.2, 0.3, law=law)
+        assert alone.is_valid() and not alone.contacts[1].impulse.any()
