@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 
 import impulsekit as ik
-from impulsekit.batch.result import OUTPUTS as EVERY_OUTPUT
-from impulsekit.batch.solve import solve_batch
-from impulsekit.laws.status import Status
 
-# Reactions and bodies follow from these, and know no points of collisions.
-SOLVED_FOR = tuple(name for name in EVERY_OUTPUT if name not in ("reactions", "bodies"))
+OUTPUTS = (
+    "v_after", "dv", "generalized_impulse", "energy_change", "contact_impulses",
+    "constraint_impulses", "normal_components", "reactions", "bodies",
+)  # fmt: skip
 
 
 def random_states(robot, count, seed=0, spread=1.5):
@@ -21,49 +22,69 @@ def random_states(robot, count, seed=0, spread=1.5):
     return q, rng.normal(size=(count, robot.nv))
 
 
-def worst_difference(scene, q, v, rows=None, **varying):
+def scene_of_row(scene, i, impulses=None, restitution=None, friction=None, points=None):
+    """The scene with the numbers of one row."""
+    blows, contacts = [], []
+    for name, blow in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
+        own = (impulses or {}).get(name)
+        if own is not None:
+            own = own[i]
+            change = {"linear": own[:3], "angular": own[3:] if len(own) > 3 else (0, 0, 0)}
+            blow = replace(blow, **({"impulse": own} if hasattr(blow, "joint") else change))
+        blows.append(blow)
+    for k, (name, contact) in enumerate(
+        zip(scene.entry_names("contacts"), scene.contacts, strict=True)
+    ):
+        changes = {}
+        if restitution is not None:
+            changes["restitution"] = float(restitution[i][k])
+        if friction is not None:
+            changes["friction"] = float(friction[i][k])
+        if points is not None and name in points:
+            changes["at"] = points[name][i]
+        contacts.append(replace(contact, **changes))
+    return replace(scene, impulses=blows, contacts=contacts)
+
+
+def worst_difference(scene, q, v, outputs=OUTPUTS, **varying):
     """The largest relative difference of any output over the valid rows, and the batch."""
-    batch = solve_batch(scene, q, v, outputs=SOLVED_FOR, **varying)
+    batch, robot = ik.solve_batch(scene, q, v, outputs=outputs, **varying), scene.robot
     worst = 0.0
-    for i in range(len(q)) if rows is None else rows:
+    for i in range(len(batch)):
         try:
-            impact = ik.solve(scene, q[i], v[i])
-        except ik.errors.SingularMassError:
-            assert batch.status[i] == Status.SINGULAR_MASS
+            row = scene_of_row(scene, i, **varying)
+            impact = ik.solve(row, np.atleast_2d(q)[i % len(np.atleast_2d(q))], v[i])
+        except (ik.errors.SingularMassError, ik.errors.ContradictionError):
+            assert not batch.valid[i]
             continue
-        if impact.status is ik.Status.INACCURATE:
+        assert impact.is_valid() == batch.valid[i], (i, impact.describe_status())
+        if not impact.is_valid():
             continue
-        assert impact.status == batch.status[i], (i, impact.status.name, int(batch.status[i]))
-        if not impact.status.valid:
-            continue
-        pairs = [
-            (batch.v_after[i], impact.v_after),
-            (batch.dv[i], impact.dv),
-            (batch.generalized_impulse[i], impact.generalized_impulse),
-        ]
         speed = np.abs(impact.v_before).max() + np.abs(impact.dv).max()
-        sizes = [speed, speed, np.abs(impact.generalized_impulse).max()]
-        pairs.append((batch.energy_change[i], impact.energy.change))
-        sizes.append(impact.energy.before + impact.energy.after)
-        load = max((np.abs(c.impulse).max() for c in impact.contacts), default=0.0)
-        for k, contact in enumerate(impact.contacts):
-            if contact.unique:
-                own = batch.contact_impulses[i, k, : len(contact.impulse)]
-                pairs.append((own, contact.impulse))
-                sizes.append(load)
-                # What pushes, along its normal; the velocities of what does not are not told.
-                if len(contact.points) == 1 and impact.contacts[k].impulse.any():
-                    touch = contact.points[0]
-                    if touch.normal is not None:
-                        told = [touch.normal @ x for x in (touch.velocity_before,
-                                touch.velocity_after, touch.impulse)]  # fmt: skip
-                        pairs.append((batch.normal_components[i, k, :2], np.array(told[:2])))
-                        pairs.append((batch.normal_components[i, k, 2], told[2]))
-                        sizes += [speed * (1.0 + np.abs(contact.impulse).max() / load), load]
-        if impact.constraints:
-            borne = np.concatenate([c.impulse for c in impact.constraints])
-            pairs.append((batch.constraint_impulses[i], borne))
-            sizes.append(np.abs(borne).max())
-        for (ours, theirs), size in zip(pairs, sizes, strict=True):
-            worst = max(worst, float(np.abs(ours - theirs).max()) / max(size, 1e-300))
+        load = np.abs(impact.generalized_impulse).max()
+        wanted = {
+            "v_after": (impact.v_after, speed),
+            "dv": (impact.dv, speed),
+            "generalized_impulse": (impact.generalized_impulse, load),
+            "energy_change": (impact.energy.change, impact.energy.before + impact.energy.after),
+        }
+        shared = not all(contact.unique for contact in impact.contacts)
+        held = np.concatenate([np.zeros(0), *(c.impulse for c in impact.constraints)])
+        if not shared:
+            impulses = np.zeros((len(impact.contacts), 3))
+            for k, contact in enumerate(impact.contacts):
+                impulses[k, : len(contact.impulse)] = contact.impulse
+            size = max(load, np.abs(impulses).max(initial=0.0), np.abs(held).max(initial=0.0))
+            wanted["contact_impulses"] = impulses, size
+            wanted["constraint_impulses"] = held, size
+            reactions = np.array([impact.reactions[name] for name in robot.joint_names])
+            wanted["reactions"] = reactions, max(np.abs(reactions).max(), size)
+        jumps = [impact.bodies[link.name] for link in robot.links]
+        moved = np.array([[*jump.dv_com, *jump.domega] for jump in jumps])
+        wanted["bodies"] = moved, max(np.abs(moved).max(), speed)
+        for name in outputs:
+            if name in wanted:
+                own, size = wanted[name]
+                off = np.abs(batch.arrays[name][i] - own).max(initial=0.0)
+                worst = max(worst, float(off) / max(size, 1e-300))
     return worst, batch

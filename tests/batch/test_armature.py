@@ -7,7 +7,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.masses import scaled_robot
 
 from ..robots_with_armature import (
     IN_KERNELS,
@@ -33,7 +32,7 @@ def _close(found, right, tolerance=1e-12):
     np.testing.assert_allclose(found, right, rtol=0, atol=tolerance * max(np.abs(right).max(), 1))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_known_blow_gives_the_jump_of_the_dense_equations(seed):
     _, robot, q, v = _robot(seed)
     blow = ik.AppliedImpulse("link_5", linear=[0.4, -1.0, 0.7], at=AT)
@@ -50,7 +49,7 @@ def test_a_known_blow_gives_the_jump_of_the_dense_equations(seed):
 
 
 @pytest.mark.parametrize("kind", LEFT_TO_SOLVE)
-def test_joints_that_no_kernel_knows_give_the_dense_jump_too(kind):
+def test_joints_of_other_kinds_give_the_dense_jump_too(kind):
     rng = np.random.default_rng(3)
     robot = random_robot(rng, ["continuous", kind, "revolute", kind])
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_3", linear=[0.4, -1.0, 0.7], at=AT)])
@@ -64,7 +63,7 @@ def test_joints_that_no_kernel_knows_give_the_dense_jump_too(kind):
         )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_contact_without_friction_returns_e_times_its_approach(seed):
     _, robot, q, v = _robot(10 + seed)
     normal = np.array([0.0, 0.6, 0.8])
@@ -81,7 +80,7 @@ def test_a_contact_without_friction_returns_e_times_its_approach(seed):
             _close(batch.dv[k], impulse * moved, 1e-11)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_pin_to_the_world_stops_its_point_with_the_least_energy(seed):
     _, robot, q, v = _robot(20 + seed)
     scene = ik.Scene(robot, constraints=[ik.PointAnchor("link_5", "world", at=AT)])
@@ -93,17 +92,6 @@ def test_a_pin_to_the_world_stops_its_point_with_the_least_energy(seed):
         if np.linalg.cond(kkt) < 1e6:
             right = np.linalg.solve(kkt, np.r_[np.zeros(robot.nv), -rows @ v[k]])[: robot.nv]
             _close(batch.dv[k], right, 1e-10)
-
-
-def test_armature_stays_when_masses_vary_by_row():
-    _, robot, q, _ = _robot(31)
-    scene = ik.Scene(robot, [ik.AppliedImpulse("link_5", linear=[0, 0, 1], at=AT)])
-    factors = np.array([0.5, 1.0, 3.0])
-    batch = ik.solve_batch(scene, q, masses={"link_2": factors}, outputs=("dv",))
-    for k in range(ROWS):
-        heavier = scaled_robot(robot, {"link_2": factors[k]})
-        row = point_jacobian(robot, q[k], "link_5", AT)[2]
-        _close(batch.dv[k], np.linalg.solve(dense_masses(heavier, q[k]), row))
 
 
 def test_a_body_all_but_a_point_is_refined_with_its_armature():
@@ -118,17 +106,6 @@ def test_a_body_all_but_a_point_is_refined_with_its_armature():
     for k in range(ROWS):
         blow = point_jacobian(robot, q[k], "link_2", AT).T @ [0, 1, 1]
         _close(batch.dv[k], np.linalg.solve(dense_masses(robot, q[k]), blow))
-
-
-def test_a_long_tree_of_a_robot_has_its_armature():
-    from impulsekit.batch.long import long_tree
-
-    _, robot, q, _ = _robot(33)
-    impact = long_tree(robot).solve(
-        [ik.AppliedImpulse("link_5", linear=[0.4, -1.0, 0.7], at=AT)], q[0]
-    )
-    jacobian = point_jacobian(robot, q[0], "link_5", AT)
-    _close(impact.dv, np.linalg.solve(dense_masses(robot, q[0]), jacobian.T @ [0.4, -1.0, 0.7]))
 
 
 def test_the_armature_of_a_leader_is_not_that_of_who_mimics_it():

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.batch.long import long_chain, long_tree
+from impulsekit.long import long_chain, long_tree
 from impulsekit.reference.whittaker import struck_chain
 from tests.batch.compare import random_states
-
-pytest.importorskip("numba")
 
 
 def struck(links):

@@ -7,8 +7,6 @@ import pytest
 import impulsekit as ik
 from tests.batch.compare import random_states
 
-pytest.importorskip("numba")
-
 LINKS = ("base_link", "FR_LOWER_LEG", "FR_FOOT", "HL_UPPER_LEG")
 
 
@@ -26,7 +24,6 @@ def made_heavier(text, name, factor):
     return ElementTree.tostring(tree, encoding="unicode")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.3, lambda speed: 0.3], ids=["kernel", "row by row"])
 def test_against_urdfs_with_these_masses(restitution):
     solo = ik.Robot.from_example("solo12", root="freeflyer")
@@ -70,9 +67,7 @@ def test_rows_out_of_range_and_links_that_cannot_be_scaled():
     scene = ik.Scene(panda, [ik.AppliedImpulse("panda_hand", [0, 0, 1])])
     q, _ = random_states(panda, 5)
     batch = ik.solve_batch(scene, q, masses={"panda_hand": [1, 2, 0, np.nan, -1]})
-    assert [code.name for code in map(ik.Status, batch.status)] == [
-        "SOLVED", "SOLVED", "OUT_OF_RANGE", "NOT_FINITE", "OUT_OF_RANGE",
-    ]  # fmt: skip
+    assert batch.valid.tolist() == [True, True, False, False, False]
     with pytest.raises(ik.errors.UnknownNameError, match="panda_hand"):
         ik.solve_batch(scene, q, masses={"panda_hnad": 2.0})
     with pytest.raises(ik.errors.InputError, match="fixed to the world"):
