@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import math
 import pickle
 import threading
@@ -12,12 +11,9 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit import errors
-from impulsekit.chain import chain_urdf
-from impulsekit.impact import ImpactSolver
-from impulsekit.impact.solver import MANY, _workspaces
-from tests.robots import STRUCK, random_blow, random_state, relative
+from tests.reference.models import joint, link, robot
+from tests.robots import STRUCK, random_blow, random_state
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +76,7 @@ def test_a_wrong_state_is_one_clear_error(talos, change_q, change_v, error, word
         ik.solve(talos, change_q(q), change_v(v))
 
 
-@pytest.mark.parametrize("entry", range(9))
+@pytest.mark.parametrize("entry", [0, 8])
 def test_no_nan_slips_through_a_fixed_base(entry):
     robot = ik.Robot.from_example("panda")
     scene = ik.Scene(robot, [random_blow("panda_link1", 0)])
@@ -100,9 +96,8 @@ def test_huge_states_are_not_taken_for_infinite_ones():
 
 @pytest.mark.parametrize("entry", [math.nan, math.inf, -math.inf, 1e200])
 def test_states_of_many_numbers_are_checked_as_those_of_few(entry):
-    chain = ik.Robot.from_urdf(chain_urdf(60), root="planar")
+    chain = ik.Robot.from_urdf(ik.models.chain_urdf(60), root="planar")
     scene = ik.Scene(chain, [random_blow("link_60", 0)])
-    assert chain.nq + chain.nv >= MANY
     q, v = random_state(chain, 0)
     v[5] = entry
     if entry == 1e200:
@@ -122,15 +117,19 @@ def test_without_an_impulse_nothing_changes():
 
 
 def test_a_joint_that_moves_no_inertia_is_named():
-    shoulder = joint_text("shoulder", "continuous", "base", "arm", "0 0 1")
-    wrist = joint_text("wrist", "continuous", "arm", "tip", "0 0 1")
-    links = (link_text("base"), link_text("arm", 1), link_text("tip"))
-    robot = ik.Robot.from_urdf(robot_text("r", *links, shoulder, wrist))
-    scene = ik.Scene(robot, [ik.AppliedImpulse("arm", angular=[0, 0, 1])])
+    text = robot(
+        '<link name="base"/>',
+        link("arm"),
+        '<link name="tip"/>',
+        joint("shoulder", "base", "arm", "continuous"),
+        joint("wrist", "arm", "tip", "continuous"),
+    )
+    bare = ik.Robot.from_urdf(text)
+    scene = ik.Scene(bare, [ik.AppliedImpulse("arm", angular=[0, 0, 1])])
     with pytest.raises(
         errors.SingularMassError, match='joint "wrist" moves no mass: give link "tip"'
     ) as caught:
-        ik.solve(scene, robot.neutral(), robot.velocity())
+        ik.solve(scene, bare.neutral(), bare.velocity())
     assert caught.value.joints == ("wrist",)
 
 
@@ -150,38 +149,6 @@ def test_a_massless_gimbal_is_singular_only_where_its_axes_meet():
         ik.solve(scene, robot.configuration(y=math.pi / 2), robot.velocity())
 
 
-def test_only_the_branches_that_are_struck_are_computed():
-    panda = ik.Robot.from_example("panda")
-    four = ik.combine(a=panda, b=panda, c=panda, d=panda)
-    blow = random_blow("c/panda_hand", 5)
-    solver = ImpactSolver(ik.Scene(four, [blow]))
-    assert (solver.plan.joints, solver.plan.skipped_joints) == (9, 27)
-    q, v = random_state(four, 1)
-    impact = solver.solve(q, v)
-    alone = ik.solve(
-        ik.Scene(panda, [ik.AppliedImpulse("panda_hand", blow.linear, blow.angular, blow.at)]),
-        q[18:27],
-        v[18:27],
-    )
-    np.testing.assert_allclose(impact.dv[18:27], alone.dv, rtol=1e-13)
-    assert not impact.dv[:18].any()
-    assert not impact.dv[27:].any()
-    assert impact.is_valid()
-
-
-def test_branches_apart_are_computed_together_when_both_are_struck():
-    panda = ik.Robot.from_example("panda")
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    world = ik.combine(a=panda, ball=ball, b=panda)
-    entries = [random_blow("a/panda_hand", 1), random_blow("b/panda_hand", 2)]
-    solver = ImpactSolver(ik.Scene(world, entries))
-    assert solver.plan.skipped_joints == 1
-    q, v = random_state(world, 2)
-    impact = solver.solve(q, v)
-    mass_matrix = impact.mechanics.mass_matrix
-    assert relative(mass_matrix @ impact.dv - impact.generalized_impulse, impact.dv) < 1e-13
-
-
 def test_threads_do_not_meet(talos):
     robot = talos.robot
     states = [random_state(robot, seed) for seed in range(8)]
@@ -189,7 +156,7 @@ def test_threads_do_not_meet(talos):
     wrong = []
 
     def work(i: int) -> None:
-        for _ in range(200):
+        for _ in range(50):
             impact = ik.solve(talos, *states[i])
             if not np.array_equal(impact.dv, expected[i]):
                 wrong.append(i)
@@ -200,26 +167,6 @@ def test_threads_do_not_meet(talos):
     for thread in threads:
         thread.join()
     assert not wrong
-
-
-@pytest.mark.parametrize("holds", ["blow", "contact", "contacts", "anchor"])
-def test_a_scene_takes_its_solver_along_when_it_goes(holds):
-    robot = ik.Robot.from_example("panda")
-    contact = ik.Contact("panda_hand", normal=[0, 0, 1])
-    entries = {
-        "blow": {"impulses": [random_blow("panda_hand", 0)]},
-        "contact": {"contacts": [contact]},
-        "contacts": {"contacts": [contact, contact]},
-        "anchor": {"constraints": [ik.PointAnchor("panda_hand", "world")]},
-    }
-    scene = ik.Scene(robot, **entries[holds])
-    gc.collect()
-    before = len(_workspaces.by_scene)
-    ik.solve(scene, robot.neutral(), robot.velocity())
-    assert len(_workspaces.by_scene) == before + 1
-    del scene
-    gc.collect()
-    assert len(_workspaces.by_scene) == before
 
 
 def test_an_impact_travels_by_pickle(talos):
