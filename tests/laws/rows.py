@@ -8,10 +8,20 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 
 import impulsekit as ik
 
-__all__ = ["block", "box_rows", "in_own_rows", "rod", "solved", "solved_rows", "sphere", "turned"]
+__all__ = [
+    "GIVES_UP", "UNBOUNDED", "block", "box_rows", "in_own_rows", "rod", "solved", "solved_rows",
+    "sphere", "turned",
+]  # fmt: skip
+
+# What the solver does not do yet.
+UNBOUNDED = pytest.mark.xfail(
+    strict=True, reason="impulses without bound, whose velocities are rounding, count as an answer"
+)
+GIVES_UP = pytest.mark.xfail(strict=True, reason="the solver tells that it has not converged")
 
 
 @cache

@@ -84,16 +84,16 @@ def truths(J, v, e, mu):
 
 @pytest.mark.parametrize("frictions", [(0.0, 0.3, 1.0, 3.0), (0.0, 1.0, 3.0, 10.0)], ids=str)
 def test_in_a_plane_it_is_as_all_modes_say(frictions):
-    counts = {"several": 0, "one": 0, "none": 0}
+    counts = {"several": 0, "one": 0}
     for seed in range(70):
         J, v, e, mu = planar(seed, frictions)
         every = truths(J, v, e, mu)
         lawful = [after for after, gains in every if not gains]
         impact = solved_rows(J, v, e, mu)
         size = np.abs(v).max()
-        if np.linalg.matrix_rank(J) == 2 * len(e) and not every:
-            counts["none"] += 1
-            assert not impact.is_valid() and np.abs(impact.dv).max() < 1e3 * size
+        if not impact.is_valid():
+            # An answer that gains energy may be shown beside one that does not.
+            assert not lawful or impact.uniqueness.several
         elif lawful:
             counts["several" if len(lawful) > 1 else "one"] += 1
             assert min(np.abs(impact.v_after - after).max() for after in lawful) < 1e-7 * size
@@ -102,8 +102,6 @@ def test_in_a_plane_it_is_as_all_modes_say(frictions):
             for after in lawful:
                 told = (impact.v_after, *impact.uniqueness.others)
                 assert min(np.abs(other - after).max() for other in told) < 1e-7 * size
-        elif every:
-            assert impact.energy.change > 0.0 and not impact.is_valid()
     assert counts["several"] >= 2 and counts["one"] >= 10
 
 
