@@ -14,7 +14,7 @@ from .run import sweep_named
 from .summary import Line, is_ill_posed, lines_of, machine, whole_of
 from .sweep import Point
 
-__all__ = ["HEAD", "cells", "markdown", "read_points", "write_report"]
+__all__ = ["HEAD", "cells", "markdown", "write_report"]
 
 HEAD = (
     "sweep",
@@ -127,14 +127,3 @@ def write_report(
         writer = csv.writer(file)
         writer.writerow([*(field.name for field in fields(Point)), "ill_posed"])
         writer.writerows([*point.row(), is_ill_posed(point)] for point in points)
-
-
-def read_points(path: pathlib.Path) -> list[Point]:
-    """The points that ``write_report`` wrote."""
-    kinds = {field.name: field.type for field in fields(Point)}
-    convert = {"int": int, "float": float, "str": str}
-    with path.open(newline="", encoding="utf-8") as file:
-        return [
-            Point(**{name: convert[str(kind)](row[name]) for name, kind in kinds.items()})
-            for row in csv.DictReader(file)
-        ]

@@ -402,7 +402,7 @@ def test_what_is_driven_into_the_floor_has_no_answer():
 
 @pytest.mark.parametrize("row", [541, 1328])
 def test_a_foot_thrown_by_a_blow_a_thousand_times_as_fast_as_it_ends(row):
-    from benchmarks.agreement.agreement import random_scene
+    from benchmarks.agreement import random_scene
     from tests.batch.compare import random_states
     from tests.truths.digits import velocity_after
 

@@ -1,8 +1,8 @@
-"""Rows of batches beside ``solve``, on random scenes of the example robots."""
+"""Batches beside ``solve`` on all example robots: ``python -m benchmarks.agreement [ROWS]``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,12 +17,13 @@ from impulsekit.robot.examples import example_names
 from impulsekit.scene import AppliedImpulse, Contact, JointImpulse, Scene
 from tests.truths.digits import velocity_after
 
+from .stress.bodies import random_state
+
 __all__ = [
     "BAR",
     "KINDS",
     "Agreement",
     "agreement",
-    "all_robots",
     "loaded_robot",
     "random_scene",
 ]
@@ -48,14 +49,6 @@ class Agreement:
     worst: float
     harder: int
     statuses: int
-
-
-def all_robots() -> Iterator[Robot]:
-    """Every example robot that can be loaded, with a root that lets something move."""
-    for name in example_names():
-        robot = loaded_robot(name)
-        if robot is not None:
-            yield robot
 
 
 def loaded_robot(name: str) -> Robot | None:
@@ -117,9 +110,30 @@ def agreement(scene: Scene, q: np.ndarray, v: np.ndarray) -> Agreement:
             exact = np.array([float(x) for x in velocity_after(scene, pose, speed)])
             theirs = _distance(impact.v_after, exact)
             apart = max(0.0, _distance(batch.v_after[i], exact) - theirs) / size
-        worst = max(worst, apart)
+        worst = max(worst, float(apart))
     return Agreement(len(q), worst, harder, statuses)
 
 
 def _distance(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.abs(one - other).max())
+
+
+def main(rows: int = 10_000) -> int:
+    """Write a line for every robot and kind of scene; 1 if one is above the bar."""
+    kept = True
+    for index, name in enumerate(example_names()):
+        robot = loaded_robot(name)
+        if robot is None:
+            continue
+        for kind in KINDS:
+            rng = np.random.default_rng([2, index, KINDS.index(kind)])
+            found = agreement(random_scene(robot, kind, rng), *random_state(robot, rng, rows))
+            held = found.worst <= BAR and not found.statuses
+            kept = kept and held
+            sys.stdout.write(f"{name:36s} {kind:8s} {found}{'' if held else '   ABOVE'}\n")
+            sys.stdout.flush()
+    return 0 if kept else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:])))

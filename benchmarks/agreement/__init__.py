@@ -1,1 +1,0 @@
-"""Batches agree with ``solve`` row by row; where they do not, 50 digits decide."""
