@@ -30,7 +30,6 @@ PARTS = ("rows", "claims")
 @click.option("--methods", "-m", multiple=True, metavar="NAME", help="Only methods so called.")
 @click.option("--part", multiple=True, type=click.Choice(PARTS), help="Only this part.")
 @click.option("--peers/--no-peers", default=True, help="Other programs, if they are installed.")
-@click.option("--resume", is_flag=True, help="Go on with a run that was stopped.")
 @click.option("--list", "listing", is_flag=True, help="List families and methods, and stop.")
 @click.option("--quiet", "-q", is_flag=True, help="No progress.")
 def main(
@@ -40,7 +39,6 @@ def main(
     methods: tuple[str, ...],
     part: tuple[str, ...],
     peers: bool,
-    resume: bool,
     listing: bool,
     quiet: bool,
 ) -> None:
@@ -63,7 +61,7 @@ def main(
         return
     from .everything import Wish, whole
 
-    wish = Wish(quick, tuple(problems), tuple(chosen), part or PARTS, resume)
+    wish = Wish(quick, tuple(problems), tuple(chosen), part or PARTS)
     path = whole(wish, Path(out), _teller(quiet))
     click.echo(str(path))
 

@@ -27,33 +27,31 @@ class Wish:
         families: of problems; none for all.
         methods: those that are installed take part.
         parts: of "rows", "claims".
-        resume: keep the rows that are there.
     """
 
     quick: bool
     families: tuple[str, ...]
     methods: tuple[Method, ...]
     parts: tuple[str, ...]
-    resume: bool = False
 
 
 def whole(wish: Wish, folder: Path, tell: Callable[[str], object]) -> Path:
     """Run it and give the path of the report.
 
     Raises:
-        InputError: the folder holds rows of another run, and they are not to be resumed.
+        InputError: the folder holds another run.
         UnknownNameError: a family that does not exist.
     """
     start = time.perf_counter()
     folder.mkdir(parents=True, exist_ok=True)
-    kept = folder / "rows.jsonl"
-    if kept.exists() and not wish.resume:
-        raise InputError(f"{kept} is there already: name another folder, or resume that run")
+    path = folder / "report.md"
+    if path.exists():
+        raise InputError(f"{path} is there already: name another folder")
     missing = {method.name: lack for method in wish.methods if (lack := method.missing())}
     rows: list[Row] = []
     claims: list[tuple[str, Claim]] = []
     if "rows" in wish.parts:
-        rows = _rows(wish, kept, tell)
+        rows = _rows(wish, tell)
         write_table(folder / "rows", rows)
         # The report rounds what the table holds, so that the two agree.
         rows = read_table(folder / "rows.csv")
@@ -68,19 +66,18 @@ def whole(wish: Wish, folder: Path, tell: Callable[[str], object]) -> Path:
     (folder / "about.json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     pictures = draw(rows, folder) if rows else []
     text = report(facts, rows, claims, pictures, missing, minutes)
-    path = folder / "report.md"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def _rows(wish: Wish, kept: Path, tell: Callable[[str], object]) -> list[Row]:
+def _rows(wish: Wish, tell: Callable[[str], object]) -> list[Row]:
     from . import run
     from .problems.registry import problems
 
     present = [method for method in wish.methods if not method.missing()]
     effort = run.QUICK if wish.quick else run.WHOLE
     chosen = problems(wish.quick, wish.families)
-    return run.run(chosen, present, kept, effort=effort, tell=tell)
+    return run.run(chosen, present, effort=effort, tell=tell)
 
 
 def _claims(wish: Wish, tell: Callable[[str], object]) -> list[tuple[str, Claim]]:

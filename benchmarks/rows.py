@@ -11,7 +11,7 @@ from typing import Any
 
 from impulsekit.display.plain import plain
 
-__all__ = ["Row", "append_rows", "read_rows", "read_table", "write_table"]
+__all__ = ["Row", "read_table", "write_table"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,6 @@ class Row:
         method: its label: name and setting.
         name, setting: of the method; None for no setting.
         peer: whether it is another program's or a classical way.
-        precision: what it computes in.
         states: how many states a call answers.
         seconds: median over the rounds; None where it failed.
         low, high: quartiles [s].
@@ -45,7 +44,6 @@ class Row:
     name: str
     setting: float | None
     peer: bool
-    precision: str
     states: int
     seconds: float | None
     low: float | None
@@ -62,28 +60,6 @@ class Row:
     note: str = ""
 
 
-def append_rows(path: Path, rows: Iterable[Row]) -> None:
-    """Add rows to a file of JSON lines; what is on the disk is whole after every call."""
-    with path.open("a", encoding="utf-8") as file:
-        for row in rows:
-            file.write(json.dumps(plain(asdict(row)), ensure_ascii=False) + "\n")
-
-
-def read_rows(path: Path) -> list[Row]:
-    """The rows of a file of JSON lines. A last line that was cut off is left out."""
-    if not path.exists():
-        return []
-    rows: dict[tuple[str, str], Row] = {}
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            row = Row(**json.loads(line))
-        except (ValueError, TypeError):
-            continue
-        # The newest of its kind counts.
-        rows[row.problem, row.method] = row
-    return list(rows.values())
-
-
 def write_table(stem: Path, records: Iterable[Any]) -> None:
     """Rows of any one dataclass, or dictionaries, as ``stem``.json and ``stem``.csv."""
     items = [plain(row if isinstance(row, dict) else asdict(row)) for row in records]
@@ -94,7 +70,7 @@ def write_table(stem: Path, records: Iterable[Any]) -> None:
 
 def read_table(path: Path) -> list[Row]:
     """The rows of a CSV file."""
-    texts = {"problem", "family", "method", "name", "precision", "baseline", "source", "note"}
+    texts = {"problem", "family", "method", "name", "baseline", "source", "note"}
     whole = {"size", "states", "rounds"}
     rows = []
     with path.open(encoding="utf-8", newline="") as file:

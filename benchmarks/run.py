@@ -5,13 +5,12 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from .methods.method import Answer, Method
 from .problems.problem import Problem
-from .rows import Row, append_rows, read_rows
+from .rows import Row
 from .timing import Ratio, Timing, time_in_turn
 
 __all__ = ["QUICK", "WHOLE", "Effort", "measure", "run"]
@@ -42,29 +41,18 @@ QUICK = Effort(rounds=51, seconds=0.0003, longest=0.1)
 def run(
     problems: Iterable[Problem],
     methods: Sequence[Method],
-    path: Path,
     *,
     effort: Effort = WHOLE,
     tell: Callable[[str], object] = lambda name: None,
 ) -> list[Row]:
-    """The rows of all problems and methods; those that ``path`` holds already are kept.
-
-    A problem of which rows are missing is measured whole, so that its times are of one run.
-
-    Args:
-        path: file of JSON lines, to which rows are added problem by problem.
-        tell: is called with the name of each problem as it begins.
-    """
-    present = {(row.problem, row.method) for row in read_rows(path)}
+    """The rows of all problems and methods; ``tell`` hears of each problem as it begins."""
+    rows: list[Row] = []
     for problem in problems:
-        suited = [method for method in methods if method.suits(problem)]
-        if all((problem.name, method.label) in present for method in suited):
-            continue
         tell(problem.name)
-        append_rows(path, measure(problem, suited, effort))
+        rows += measure(problem, [m for m in methods if m.suits(problem)], effort)
         # What Pinocchio keeps for a long chain is large.
         gc.collect()
-    return read_rows(path)
+    return rows
 
 
 def measure(problem: Problem, methods: Sequence[Method], effort: Effort) -> list[Row]:
@@ -110,7 +98,6 @@ def _row(
         name=method.name,
         setting=method.setting,
         peer=method.peer,
-        precision=method.precision,
         states=method.states,
         seconds=timing.median / method.states if timing else None,
         low=low / method.states if low else None,

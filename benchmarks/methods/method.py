@@ -30,7 +30,6 @@ class Method:
         prepare: builds once what may be built once and gives the call that is timed, which
             returns the answer in the problem's own coordinates. One that works in another
             process is a ``TimesItself``.
-        precision: what it computes in.
         states: how many states one call answers; its time is divided by them.
         setting: what is turned up or down along that line, a tolerance, a step or a
             stiffness; None where there is nothing to turn.
@@ -43,7 +42,6 @@ class Method:
     prepare: Callable[..., Answer]
     peer: bool = False
     needs: tuple[str, ...] = ()
-    precision: str = "float64"
     states: int = 1
     setting: float | None = None
     lacks: Callable[[], str] | None = None

@@ -20,8 +20,8 @@ from benchmarks.methods.registry import few, methods
 from benchmarks.problems.chains import chain_problem
 from benchmarks.problems.registry import problem_named, problems
 from benchmarks.report import main_table
-from benchmarks.rows import append_rows, read_rows, read_table, write_table
-from benchmarks.run import Effort, measure, run
+from benchmarks.rows import read_table, write_table
+from benchmarks.run import Effort, measure
 from benchmarks.timing import Ratio, Times, Timing, time_in_turn
 from impulsekit.errors import UnknownNameError
 
@@ -61,33 +61,6 @@ def test_times_are_per_state_and_ratios_to_the_baseline():
     assert ours.ratio == 1.0 and ours.baseline == many.baseline == "impulsekit, solve"
     assert many.seconds < ours.seconds
     assert many.ratio < 0.5
-
-
-def test_rows_come_back_as_they_were(tmp_path):
-    rows = measure(chain_problem(3), [RIGHT, WRONG, BROKEN], SHORT)
-    append_rows(tmp_path / "rows.jsonl", rows)
-    assert read_rows(tmp_path / "rows.jsonl") == rows
-
-
-def test_a_line_that_was_cut_off_is_left_out(tmp_path):
-    path = tmp_path / "rows.jsonl"
-    rows = measure(chain_problem(3), [RIGHT, WRONG], SHORT)
-    append_rows(path, rows)
-    path.write_text(path.read_text()[:-40])
-    assert read_rows(path) == rows[:1]
-
-
-@pytest.mark.slow
-def test_a_stopped_run_goes_on(tmp_path):
-    path, seen = tmp_path / "rows.jsonl", []
-    chains = [chain_problem(3), chain_problem(4)]
-    run(chains[:1], [RIGHT], path, effort=SHORT, tell=seen.append)
-    rows = run(chains, [RIGHT], path, effort=SHORT, tell=seen.append)
-    assert seen == ["struck chain 3", "struck chain 4"]
-    assert [row.problem for row in rows] == seen
-    # Another method: the problem is measured whole again, so that ratios are of one run.
-    rows = run(chains[:1], [RIGHT, MANY], path, effort=SHORT, tell=seen.append)
-    assert len(rows) == 3 and seen[-1] == "struck chain 3"
 
 
 def test_rows_are_written_as_json_and_csv(tmp_path):
@@ -167,7 +140,7 @@ def test_all_our_ways_do_what_they_can(problem):
     for one in methods(peers=False):
         if one.suits(problem):
             error = problem.error(np.asarray(one.prepare(problem)()))
-            assert error < (1e-9 if one.setting is None and one.precision == "float64" else 0.2)
+            assert error < (1e-9 if one.setting is None else 0.2)
 
 
 # -- the command --------------------------------------------------------------------------------
@@ -192,10 +165,7 @@ def test_the_command_writes_report_rows_and_diagrams(tmp_path):
     for picture in out.glob("*.svg"):
         assert f"]({picture.name})" in report
     again = command("--quick", "--part", "rows", *FEW, "-o", out)
-    assert again.exit_code == 2 and "resume" in again.stderr
-    before = (out / "rows.jsonl").read_text()
-    assert command("--quick", "--part", "rows", *FEW, "-o", out, "--resume").exit_code == 0
-    assert (out / "rows.jsonl").read_text() == before
+    assert again.exit_code == 2 and "another folder" in again.stderr
 
 
 @pytest.mark.slow
