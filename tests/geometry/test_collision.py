@@ -2,62 +2,11 @@
 
 from __future__ import annotations
 
-import coal
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.geometry.collision import gap_and_normal, meeting_points, solid_of
-
-BOX, SLAB = coal.Box(1, 1, 1), coal.Box(4, 4, 1)
-SPHERE, CAN, PILL = coal.Sphere(0.5), coal.Cylinder(0.5, 1), coal.Capsule(0.5, 1)
-
-
-def at(x: float, y: float, z: float, rotation: np.ndarray | None = None) -> pin.SE3:
-    return pin.SE3(np.eye(3) if rotation is None else rotation, np.array([x, y, z]))
-
-
-def meet(shape, placement, other=SLAB, other_placement=None, margin=1e-6):
-    second = [(solid_of(other), other_placement or at(0, 0, 0))]
-    return list(meeting_points([(solid_of(shape), placement)], second, margin))
-
-
-LYING = pin.utils.rotate("y", np.pi / 2)
-
-
-@pytest.mark.parametrize("gap", [-1e-9, 0.0, 1e-9, 1e-7, -1e-5])
-@pytest.mark.parametrize(
-    ("shape", "placement", "count"),
-    [
-        (BOX, at(0.3, 0.2, 1.0), 4),
-        (BOX, at(0.3, 0.2, 1.0, pin.utils.rotate("z", 0.4)), 4),
-        (SPHERE, at(0.3, 0.2, 1.0), 1),
-        (CAN, at(0.3, 0.2, 1.0), 8),
-        (PILL, at(0.3, 0.2, 1.0, LYING), 2),
-    ],
-)
-def test_bodies_that_just_touch_have_an_exact_normal(shape, placement, count, gap):
-    lifted = pin.SE3(placement.rotation, placement.translation + np.array([0, 0, gap]))
-    points = meet(shape, lifted)
-    assert len(points) == count
-    for point in points:
-        np.testing.assert_allclose(point.normal, [0, 0, 1], atol=1e-8)
-        assert point.gap == pytest.approx(gap, abs=2e-8)
-        assert point.position[2] == pytest.approx(0.5 + gap / 2, abs=1e-7)
-
-
-def test_the_normal_points_from_the_second_to_the_first():
-    there = meet(SPHERE, at(0, 0, 1.0))[0]
-    back = meet(SLAB, at(0, 0, 0), SPHERE, at(0, 0, 1.0))[0]
-    np.testing.assert_allclose(there.normal, -back.normal, atol=1e-12)
-    np.testing.assert_allclose(there.position, back.position, atol=1e-9)
-
-
-def test_what_is_apart_does_not_meet():
-    assert meet(BOX, at(0, 0, 1.01)) == []
-    apart, _ = gap_and_normal(solid_of(BOX), at(0, 0, 1.01), solid_of(SLAB), at(0, 0, 0))
-    assert apart == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -5,8 +5,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.motion.course.present import Present
-from impulsekit.scene.motion import MotionSettings
 
 from .models import MODELS
 
@@ -44,9 +42,9 @@ def askew(count, seed):
 
 def gaps(motion, every=1):
     """(T, m) of all contacts at the samples [m]."""
-    now = Present(motion.scene, motion.q[0], motion.v[0], MotionSettings())
-    states = zip(motion.q[::every], motion.v[::every], strict=True)
-    return np.array([now.gaps.everything(q, v)[0] for q, v in states])
+    at_rest = np.zeros(motion.scene.robot.nv)
+    impacts = (ik.solve(motion.scene, q, at_rest) for q in motion.q[::every])
+    return np.array([[contact.gap for contact in impact.contacts] for impact in impacts])
 
 
 def check(motion):

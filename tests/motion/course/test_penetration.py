@@ -6,12 +6,8 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import MotionStatus
-from impulsekit.motion import run
-from impulsekit.motion.course.penetration import Penetration
-from impulsekit.motion.course.present import Present, Stopped
-from impulsekit.scene.motion import MotionSettings
 
-from ..models import MODELS, sliders
+from ..models import MODELS
 
 
 def two_boxes(turn, height, **law):
@@ -26,10 +22,8 @@ def two_boxes(turn, height, **law):
 
 def depths(motion):
     """(T,) the gap of the contact at the samples [m]."""
-    now = Present(motion.scene, motion.q[0], motion.v[0], MotionSettings())
-    return np.array(
-        [now.gaps.everything(q, v)[0].min() for q, v in zip(motion.q, motion.v, strict=True)]
-    )
+    at_rest = np.zeros(motion.scene.robot.nv)
+    return np.array([ik.solve(motion.scene, q, at_rest).contacts[0].gap for q in motion.q])
 
 
 def test_a_box_that_falls_edge_on_edge_does_not_sink_in_unsaid():
@@ -38,42 +32,6 @@ def test_a_box_that_falls_edge_on_edge_does_not_sink_in_unsaid():
     assert motion.status in (MotionStatus.FINISHED, MotionStatus.PENETRATION)
     assert depths(motion).min() > -1e-5
     assert motion.t[-1] == motion.duration
-
-
-def test_a_step_that_presses_a_contact_in_is_not_kept(monkeypatch):
-    def sink(now):
-        now.q = now.q - 1e-3 * (now.t > 0.5)
-        return True
-
-    monkeypatch.setattr(run, "keep_up", sink)
-    scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00")])
-    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0, method="rk4", step=0.01)
-    assert motion.status is MotionStatus.PENETRATION
-    assert not motion.status.finished
-    assert "contacts[0]" in motion.detail
-    assert "0.001" in motion.detail
-    assert motion.duration == pytest.approx(0.5, abs=0.011)
-    np.testing.assert_array_equal(motion.q, 0.0)
-    assert [rest.start for rest in motion.rests] == [0.0]
-
-
-@pytest.mark.parametrize(("depth", "too_deep"), [(-0.9e-5, False), (-1.1e-5, True)])
-def test_bodies_may_overlap_by_little(depth, too_deep):
-    scene, q, v = two_boxes((0, 0, 0.8), 0.1, friction=0.5)
-    now = Present(scene, q, v, MotionSettings())
-    watch = Penetration(now)
-    now.q = q + np.array([0, 0, depth, 0, 0, 0, 0])
-    if not too_deep:
-        watch.refuse()
-        return
-    with pytest.raises(Stopped) as caught:
-        watch.refuse()
-    assert caught.value.status is MotionStatus.PENETRATION
-
-
-def test_what_overlaps_at_the_start_may_go_on_to():
-    scene, q, v = two_boxes((0, 0, 0.8), 0.0995, friction=0.5)
-    Penetration(Present(scene, q, v, MotionSettings())).refuse()
 
 
 @pytest.mark.parametrize(("floor", "told"), [("plane", False), ("box", True)])

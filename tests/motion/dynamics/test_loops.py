@@ -2,15 +2,12 @@
 
 from dataclasses import replace
 
-import mpmath
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.motion.dynamics.accelerations import Dynamics
 
-from ...robots import random_state
 from ..models import MODELS, sliders
 
 LOOP = ik.PointAnchor("coupler", "rocker", at=[0.5, 0, 0], other_at=[0, 0.5, 0])
@@ -179,39 +176,3 @@ def test_a_straight_pendulum_caught_at_its_middle_pin_goes_on(gravity):
     # θ̇²/2 − 3 g cos θ / 2 stays.
     energy = 0.5 * motion.v[:, 1] ** 2 - 1.5 * gravity * np.cos(motion.q[:, 1])
     np.testing.assert_allclose(energy, 0.5 * 2.5**2 - 1.5 * gravity, rtol=1e-8, atol=1e-8)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("twice", [False, True])
-def test_accelerations_have_the_digits_of_their_equations(twice):
-    """M a = τ + Aᵀλ and A a = b in 50 digits; dependent rows share by least norm."""
-    talos = ik.Robot.from_example("talos", root="freeflyer")
-    held = [ik.FrameAnchor("leg_left_6_link"), ik.PointAnchor("leg_right_6_link")]
-    scene = ik.Scene(talos, constraints=held + held[1:] * twice, gravity=[0, 0, -9.81])
-    dynamics = Dynamics(scene)
-    q, v = random_state(talos, 3)
-    found = dynamics.acceleration(0.0, q, v)
-    multipliers, unique = dynamics.borne
-    rows, nv = np.array(dynamics.held.rows.matrix(dynamics._data, q)), talos.nv
-    wanted = -dynamics.held.rows.bias(dynamics._moving, q, v)
-    masses = dynamics.mass_matrix(q)
-    bias = pin.rnea(dynamics.model, dynamics.model.createData(), q, v, np.zeros(nv))
-    with mpmath.workdps(50):
-        whole = mpmath.zeros(nv + 9)
-        for i in range(nv):
-            for j in range(nv):
-                whole[i, j] = masses[i, j]
-            for r in range(9):
-                whole[i, nv + r], whole[nv + r, i] = -rows[r, i], rows[r, i]
-        truth = mpmath.lu_solve(whole, mpmath.matrix([*(-bias).tolist(), *wanted[:9].tolist()]))
-        truth = np.array([float(x) for x in truth])
-    size = np.abs(truth[:nv]).max()
-    assert np.abs(found - truth[:nv]).max() < 1e-11 * size
-    carried = multipliers[:9].copy()
-    if twice:
-        assert unique.tolist() == [True] * 6 + [False] * 6
-        carried[6:] += multipliers[9:]
-        np.testing.assert_allclose(multipliers[9:], multipliers[6:9], rtol=1e-9)
-    else:
-        assert unique is None
-    assert np.abs(carried - truth[nv:]).max() < 1e-10 * np.abs(truth[nv:]).max()

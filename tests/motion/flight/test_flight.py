@@ -5,7 +5,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.motion.tree.chart import Chart
 
 from ..models import MODELS, particle
 from ..pendulum import pins_after_blow
@@ -121,47 +120,6 @@ def test_gravity_may_point_anywhere():
     scene = ik.Scene(thing, gravity=[1.0, -2.0, 3.0])
     motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=2.0)
     np.testing.assert_allclose(motion.q[-1], [2.0, -4.0, 6.0], rtol=1e-12)
-
-
-@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
-def test_rates_of_a_chart_are_those_of_the_motion(root):
-    robot = ik.Robot.from_example("talos", root=root)
-    rng = np.random.default_rng(3)
-    q = pin.integrate(robot.model, robot.neutral(), rng.uniform(-1, 1, robot.nv))
-    v = rng.normal(size=robot.nv)
-    chart = Chart(robot.model)
-    x = chart.centred(q)
-    np.testing.assert_allclose(chart.configuration(x), q, atol=1e-14)
-    for size in (1e-8, 1e-6, 1e-4, 3e-4, 1e-3, 1e-2, 0.3):
-        # Along ẋ itself the configuration has to move with v.
-        moved = x + size * rng.uniform(-1, 1, robot.nv)
-        here = chart.configuration(moved)
-        rate = chart.rate(moved, here, v)
-        h = 1e-4
-        ways = [
-            pin.difference(robot.model, here, chart.configuration(moved + k * h * rate))
-            for k in (-2, -1, 1, 2)
-        ]
-        speed = (ways[0] - 8 * ways[1] + 8 * ways[2] - ways[3]) / (12 * h)
-        np.testing.assert_allclose(speed, v, rtol=0, atol=3e-9)
-
-
-def test_a_chart_of_a_composite_joint_is_one_of_its_parts():
-    """Pinocchio's own q ⊕ x and ∂(q ⊖ q_ref)/∂q take the joint as a whole."""
-    joint = pin.JointModelComposite()
-    for part in (pin.JointModelRUBX(), pin.JointModelSpherical(), pin.JointModelPY()):
-        joint.addJoint(part, pin.SE3.Random())
-    model = pin.Model()
-    model.addJoint(0, joint, pin.SE3.Identity(), "all")
-    model.appendBodyToJoint(1, pin.Inertia.Random(), pin.SE3.Identity())
-    rng = np.random.default_rng(5)
-    q = pin.integrate(model, pin.neutral(model), rng.uniform(-1, 1, model.nv))
-    chart, v = Chart(model), rng.normal(size=model.nv)
-    x = chart.centred(q) + rng.uniform(-0.5, 0.5, model.nv)
-    here = chart.configuration(x)
-    np.testing.assert_allclose(here, pin.integrate(model, chart.reference, x), atol=1e-14)
-    slope = pin.dDifference(model, chart.reference, here, pin.ArgumentPosition.ARG1)
-    np.testing.assert_allclose(chart.rate(x, here, v), slope @ v, atol=1e-13)
 
 
 def test_talos_in_flight_keeps_its_books():

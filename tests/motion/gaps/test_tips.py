@@ -6,9 +6,6 @@ import pytest
 from scipy.integrate import quad
 
 import impulsekit as ik
-from impulsekit.motion.gaps.contacts import Gaps
-from impulsekit.motion.gaps.resting import RestingContact
-from impulsekit.rows.reach import reached_model
 
 from ...robots import one_body
 from ..models import GRAVITY
@@ -16,58 +13,10 @@ from ..models import GRAVITY
 RADIUS, LENGTH = 0.1, 0.5
 ACROSS, ALONG = 2.0 * (3 * RADIUS**2 + LENGTH**2) / 12, 2.0 * RADIUS**2 / 2
 CYLINDER = f'<cylinder radius="{RADIUS}" length="{LENGTH}"/>'
-BALL = f'<sphere radius="{RADIUS}"/>'
-BLOCK = '<box size="2 2 0.4"/>'
 
 
 def body(name, shape):
     return one_body(name, 2, (ACROSS, ACROSS, ALONG), shape)
-
-
-def random_place(rng):
-    turn = rng.normal(size=4)
-    return pin.XYZQUATToSE3(np.r_[rng.normal(size=3), turn / np.linalg.norm(turn)])
-
-
-@pytest.mark.parametrize("order", [("round/b", "block/g"), ("block/g", "round/b")])
-@pytest.mark.parametrize("shape", [BALL, CYLINDER])
-def test_rates_of_a_tip_are_those_of_its_rows(shape, order):
-    world = ik.combine(round=body("b", shape), block=body("g", BLOCK))
-    scene = ik.Scene(world, contacts=[ik.Collision(*order)])
-    reached = reached_model(world.model, range(1, world.model.njoints), keep_places=True)
-    gaps_of = Gaps(scene, reached)
-    model, (item,) = reached.model, gaps_of.items
-    rng = np.random.default_rng(5)
-    here, there = model.createData(), model.createData()
-    for _ in range(5):
-        block, turn = random_place(rng), random_place(rng).rotation
-        low = RADIUS
-        if shape is CYLINDER:
-            low = RADIUS * np.hypot(turn[2, 0], turn[2, 1]) + LENGTH / 2 * abs(turn[2, 2])
-        place = block * pin.SE3(turn, np.r_[rng.uniform(-0.3, 0.3, 2), 0.2 + low])
-        q = np.r_[pin.SE3ToXYZQUAT(place), pin.SE3ToXYZQUAT(block)]
-        v = rng.normal(size=model.nv)
-        pin.forwardKinematics(model, here, q, v, np.zeros(model.nv))
-        pin.computeJointJacobians(model, here)
-        item.hold(here)
-        assert len(item.held) == 1
-        assert abs(item.held_gaps(here)[0]) < 1e-14
-        rows = item.rows(here, q)
-        speeds, gaps, step = [], [], 1e-5
-        for sign in (1.0, -1.0):
-            pin.computeJointJacobians(model, there, pin.integrate(model, q, sign * step * v))
-            speeds.append(item.rows(there, q).dot(v))
-            gaps.append(item.held_gaps(there)[0])
-        rate = (speeds[0] - speeds[1]) / (2 * step)
-        bias = item.bias(here, q, v, rows)
-        # As a row of a table, in compiled code, it is the same.
-        told = gaps_of.rows_and_bias_at([RestingContact(0, 0, 0.0, 0.0)], q, v)
-        np.testing.assert_allclose(told[0], rows, rtol=0, atol=1e-14)
-        np.testing.assert_allclose(told[1], bias, rtol=0, atol=1e-13 * np.abs(bias).max())
-        np.testing.assert_allclose(bias, rate, rtol=0, atol=1e-7 * np.abs(rate).max())
-        normal = rows.dot(v)[2]
-        assert abs((gaps[0] - gaps[1]) / (2 * step) - normal) < 1e-8
-        item.hold(None)
 
 
 def height(tilt):

@@ -5,11 +5,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.motion.course.present import Present, Stopped
-from impulsekit.motion.flight.flight import Flight
-from impulsekit.motion.rest.law import RestNotSolved
-from impulsekit.motion.steps.explicit import ExplicitStepper
-from impulsekit.scene.motion import MotionSettings
 
 from ..models import GRAVITY, MODELS
 from ..test_judgement import planar_scene
@@ -139,27 +134,6 @@ def test_feet_of_a_robot_that_jam_one_after_the_other():
     # Nothing drives it: energy only falls, up to what integration leaves.
     energy = motion.energy().total
     assert np.diff(energy).max() < 1e-6 * energy.max() and len(motion.impacts) > 15
-
-
-def test_a_first_step_is_found_where_the_state_a_guess_away_has_no_forces():
-    """Slip that stops at once has reversed by then, and jams as no motion ever comes to it."""
-    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
-    now = Present(ik.Scene(ball), ball.neutral(), ball.velocity(), MotionSettings())
-    flight, end = Flight(now), 1e-5
-
-    def rates(t, y):
-        if t > end:
-            raise RestNotSolved("none")
-        return np.ones_like(y)
-
-    flight._stepper = ExplicitStepper(rates, 1e-9, 1e-9)
-    flight.restart()
-    step = flight.step()
-    assert 0.0 < step.end <= end
-    with pytest.raises(Stopped) as stop:
-        end = -1.0
-        flight.restart()
-    assert stop.value.status is ik.MotionStatus.REST_NOT_SOLVED
 
 
 # Solo12 on its way down, its joints turned as they fell, in a state found by a fall from 0.5 m.
