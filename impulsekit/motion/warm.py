@@ -66,8 +66,6 @@ def load_shared() -> None:
     Else a number of calls that depends on the time they take would run as Python first, which
     rounds otherwise in the last place: no two motions would be the same to the last bit.
     """
-    from ..laws.at_once import hit_contacts
-
     of_points, of_bodies = _through_python()
-    for entry in (hit_contacts, *of_points, *of_bodies):
+    for entry in (*of_points, *of_bodies):
         entry.load()

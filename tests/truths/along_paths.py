@@ -4,7 +4,7 @@ F = κ δ^n presses, dδ/dt = −u_n in compression and −u_n/e² in restitutio
 u_n = 0 while F ≥ 0. Friction is −µ F s while a contact slips, and at no slip what keeps it there,
 |F_t| ≤ µ F. Between two events all forces are smooth: scipy's DOP853 follows them at 1e-13. What
 a contact that neither slips nor parts does next is found by trying all: holds, slips one way or
-the other, parts. (``laws.wave`` steps in √δ and in space, and shares nothing with this.)
+the other, parts. (Nothing of the core is called.)
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ F = κ δ^n presses, dδ/dt = −u_n in compression and −u_n/e² in restitutio
 −µ F u_t/√(|u_t|² + ε²): slip and sticking are one smooth motion, in which what sticks creeps at
 less than ε, however many contacts depend on each other. scipy's Radau (Hairer & Wanner 1996,
 IV.8) follows it with the Jacobian in closed form; a way ends where a contact turns, parts or
-meets. Two values of ε tell how far the truth itself is from ε = 0. (``laws.wave`` has modes of
-slip, explicit steps and no ε: nothing is shared.)
+meets. Two values of ε tell how far the truth itself is from ε = 0. (Nothing of the core is
+called.)
 """
 
 from __future__ import annotations

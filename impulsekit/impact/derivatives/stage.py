@@ -118,7 +118,7 @@ class Stage:
             self._moved = solved[:, :count]
             self._solved = [(where, solved[:, i:j]) for where, i, j in parts]
         delassus = rows.dot(self._moved)
-        # Of shared loads the rule is that of springs, as ``laws.even_shares`` has it.
+        # Of shared loads the rule is that of springs, as the core has it.
         self.even = None
         if redundant and not factor.is_filled:
             self.even = even_shares(factor, rows, self._vectors, bilateral, modes)
