@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 from .borrowed import borrowing
-from .compiled import entry
 from .pair import Pair, solve_pair
 from .progress import Block, Triple
 from .quartic import slides
@@ -17,13 +16,10 @@ from .tolerances import ARRIVED, AT_REST, ROUNDING_OF_SUMS, SINGULAR
 
 __all__ = [
     "bounded_friction",
-    "can_press",
     "coulomb",
-    "coulomb_impulse",
     "is_jammed",
     "raising",
     "released",
-    "residual_of",
     "sliding_impulse",
     "slips",
     "sticking_impulse",
@@ -123,27 +119,6 @@ def slips(block: Block, b1: float, b2: float, impulse: Triple, scale: float) -> 
     return math.sqrt(u1 * u1 + u2 * u2) > REAL_SLIP * scale
 
 
-@entry(lambda: ((1.0,) * 6, 1.0, 1.0, -1.0, 0.5, 1.0), seconds=1.5)
-def coulomb_impulse(
-    block: Block, b1: float, b2: float, bn: float, mu: float, scale: float
-) -> Triple:
-    """The impulse of ``coulomb`` by itself: what else would be possible is not looked for."""
-    nn = block[5]
-    if bn >= -AT_REST * scale or not nn > 0.0:
-        return 0.0, 0.0, 0.0
-    if mu == 0.0:
-        return 0.0, 0.0, -bn / nn
-    up = raising(scale)
-    b1, b2, bn = up * b1, up * b2, up * bn
-    (p1, p2, pn), sticks, _ = sticking_impulse(block, b1, b2, bn, mu, up * scale)
-    if not sticks:
-        count, one, _, _, _ = slides(block, b1, b2, bn, mu)
-        if count == 0:
-            return 0.0, 0.0, 0.0
-        p1, p2, pn = sliding_impulse(block, bn, mu, one)
-    return p1 / up, p2 / up, pn / up
-
-
 @borrowing
 def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bool:
     """Whether slip at u presses the contact further in: W_nn ≤ µ W_nt·s."""
@@ -151,19 +126,6 @@ def is_jammed(block: Block, u1: float, u2: float, mu: float, scale: float) -> bo
     if speed <= NO_SLIP * scale:
         return False
     return block[5] * speed <= mu * (block[3] * u1 + block[4] * u2)
-
-
-@borrowing
-def can_press(block: Block, b1: float, b2: float, bn: float, mu: float, scale: float) -> bool:
-    """Whether a contact that parts, b_n > 0, could bear load all the same: friction draws it in."""
-    _, _, _, n1, n2, nn = block
-    if not 0.0 < nn < mu * math.sqrt(n1 * n1 + n2 * n2):
-        return False
-    up = raising(scale)
-    b1, b2, bn, scale = up * b1, up * b2, up * bn, up * scale
-    _, sticks, determined = sticking_impulse(block, b1, b2, bn, mu, scale)
-    # Of loads that may be shared in many ways some press, whichever is looked at.
-    return sticks or not determined or slides(block, b1, b2, bn, mu)[0] > 0
 
 
 @borrowing
@@ -231,33 +193,6 @@ def bounded_friction(block: Block, b1: float, b2: float, pn: float, mu: float) -
             break
         k += step
     return p1, p2
-
-
-@borrowing
-def residual_of(
-    block: Block, b: Triple, impulse: Triple, mu: float, floor: float, scale: float
-) -> float:
-    """How far P is from Coulomb's law, relative to the velocities at hand; P_n ≥ floor."""
-    t11, t12, t22, n1, n2, nn = block
-    p1, p2, pn = impulse
-    worst = 0.0
-    scale = max(scale, nn * pn)
-    if nn > 0.0:
-        xn = b[2] + n1 * p1 + n2 * p2 + nn * pn
-        worst = abs(min(xn, nn * (pn - floor)))
-    elif b[2] < 0.0:
-        worst = -b[2]
-    rate = t11 + t22
-    if mu > 0.0 and pn > 0.0 and rate > 0.0:
-        x1 = b[0] + t11 * p1 + t12 * p2 + n1 * pn
-        x2 = b[1] + t12 * p1 + t22 * p2 + n2 * pn
-        q1, q2 = p1 - x1 / rate, p2 - x2 / rate
-        size = math.sqrt(q1 * q1 + q2 * q2)
-        if size > mu * pn:
-            q1, q2 = q1 * mu * pn / size, q2 * mu * pn / size
-        q1, q2 = p1 - q1, p2 - q2
-        worst = max(worst, rate * math.sqrt(q1 * q1 + q2 * q2))
-    return worst / scale if worst > 0.0 else 0.0
 
 
 @borrowing

@@ -10,7 +10,6 @@ from .borrowed import borrowing
 
 __all__ = [
     "cholesky",
-    "eliminate",
     "factorize",
     "gauss",
     "invert",
@@ -78,16 +77,6 @@ def lower_solve(lower: np.ndarray, n: int, x: np.ndarray) -> None:
         for k in range(i):
             total -= lower[i, k] * x[k]
         x[i] = total / lower[i, i]
-
-
-@borrowing
-def eliminate(lower: np.ndarray, n: int, x: np.ndarray) -> None:
-    """x ← (L Lᵀ)⁻¹ x, by what ``cholesky`` wrote."""
-    for i in range(n):
-        x[i] /= lower[i, i]
-        for k in range(i + 1, n):
-            x[k] -= lower[i, k] * x[i]
-    upper_solve(lower, n, x)
 
 
 @borrowing

@@ -19,7 +19,6 @@ import numpy as np
 __all__ = ["called_by", "fingerprint"]
 
 _PACKAGE = __name__.partition(".")[0]
-_TOLD_BY_REPR = (enum.Enum, bool, int, float, complex, str, bytes, range)
 
 
 class _Own(NamedTuple):

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .borrowed import borrowing
-from .compiled import compiled
 
-__all__ = ["Factor", "delassus_of", "factor_of", "from_half", "halve", "is_safe", "solve_mass"]
+__all__ = ["Factor", "from_half", "halve", "is_safe", "solve_mass"]
 
 
 class Factor(NamedTuple):
@@ -29,12 +28,6 @@ class Factor(NamedTuple):
     mass: np.ndarray
     branch: np.ndarray
     least: float
-
-
-@compiled
-def factor_of(lower: np.ndarray, pivots: np.ndarray) -> Factor:
-    """Uᵀ and D as ``halve`` takes them; the diagonal of M is not looked at."""
-    return Factor(lower, pivots, lower, np.zeros(len(pivots), np.int64), 0.0)
 
 
 @borrowing
@@ -70,23 +63,3 @@ def from_half(factor: Factor, x: np.ndarray) -> None:
         x[k] /= math.sqrt(factor.pivots[k])
         for i in range(factor.branch[k], k):
             x[k] -= factor.factor[k, i] * x[i]
-
-
-@compiled
-def delassus_of(half: np.ndarray) -> np.ndarray:
-    """(m, m) W = Cᵀ C of half-solved rows (m, nv)."""
-    m, nv = half.shape
-    W, across = np.zeros((m, m)), np.empty((nv, m))
-    for r in range(m):
-        for k in range(nv):
-            across[k, r] = half[r, k]
-    for r in range(m):
-        for k in range(nv):
-            own = half[r, k]
-            if own != 0.0:
-                for c in range(r + 1):
-                    W[r, c] += own * across[k, c]
-    for r in range(m):
-        for c in range(r):
-            W[c, r] = W[r, c]
-    return W

@@ -13,18 +13,10 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pinocchio as pin
 
-from ..laws.rank_tolerances import EXACT_RANK, FAINT_MOBILITY, FAINT_ROW
+from ..laws.rank_tolerances import EXACT_RANK, FAINT_ROW
 from .pair import ends_at, sizes_of_terms
 
-__all__ = ["cleared", "faintest_mobility", "farthest", "rows_at", "turning_rows"]
-
-
-def faintest_mobility(mass: float) -> float:
-    """W_nn [1/kg] up to which the row of a normal may be zero but for rounding.
-
-    ``mass``: of all bodies [kg].
-    """
-    return FAINT_MOBILITY / mass if mass > 0.0 else 0.0
+__all__ = ["cleared", "farthest", "rows_at", "turning_rows"]
 
 
 def cleared(rows: np.ndarray, sizes: Callable[[], np.ndarray], *, rubs: bool = True) -> np.ndarray:

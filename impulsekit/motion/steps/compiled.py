@@ -33,7 +33,6 @@ __all__ = [
     "SOLVED",
     "UNSAFE",
     "accelerate",
-    "accelerations_at",
     "attempt",
     "begin_steps",
     "evaluate",
@@ -85,17 +84,6 @@ def accelerate(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarr
     if residual < 0.0:
         return UNSAFE
     return SOLVED if residual <= RESIDUAL_LIMIT else NOT_SOLVED
-
-
-def _examples_of_accelerations() -> tuple:
-    system, _, work, *_ = example_step()
-    return system, work.driven[0], system.load, system.load
-
-
-@entry(_examples_of_accelerations, seconds=2.0, apart=True)
-def accelerations_at(system: System, driven: np.ndarray, v: np.ndarray, rate: np.ndarray) -> int:
-    """``accelerate`` for code that is compiled apart."""
-    return accelerate(system, driven, v, rate)
 
 
 @borrowing
