@@ -103,7 +103,6 @@ def _by_batch(case: Case) -> list[Found]:
                 seconds,
                 np.array(batch.constraint_impulses[i]) if scene.constraints else None,
                 contacts,
-                (status is not Status.NOT_UNIQUE,),
             )
         )
     return founds

@@ -227,7 +227,7 @@ def judged(
     first: Told, other: Told, back: np.ndarray | None, scale: float, bar: float
 ) -> tuple[str, str, float]:
     """Status, verdict and error of another way, whose v⁺ is ``back`` in the first one's words."""
-    alike = {"SOLVED", "NOT_UNIQUE", "PAINLEVE_JAM", "NEARLY_DEPENDENT"}
+    alike = {"SOLVED", "NEARLY_DEPENDENT"}
     refusals = {"ContradictionError": "CONTRADICTION", "SingularMassError": "SINGULAR_MASS"}
     names = [refusals.get(one.status, one.status) for one in (first, other)]
     error = math.nan

@@ -10,11 +10,12 @@ from .coulomb import coulomb, released
 from .progress import Block
 from .status import Status
 from .tolerances import SETTLED
+from .words import MANY
 from .workspace import Workspace, workspace
 
 __all__ = ["block_at", "sweep"]
 
-_NONE, _MANY = int(Status.NO_SOLUTION), int(Status.MANY_SOLUTIONS)
+_NONE = int(Status.NO_SOLUTION)
 
 
 def _examples() -> tuple[object, ...]:
@@ -45,7 +46,7 @@ def sweep(work: Workspace, n: int, scale: float, sweeps: int) -> bool:
                 (p1, p2, pn), code = released(block, (u1, u2, un), mu[i], floor[i], scale)
             else:
                 (p1, p2, pn), code = coulomb(block, u1, u2, un, mu[i], scale)
-            if code in (_MANY, _NONE) and not pn > 0.0:
+            if code in (MANY, _NONE) and not pn > 0.0:
                 continue
             largest = max(largest, W[k + 2, k + 2] * abs(pn - P[k + 2]))
             P[k], P[k + 1], P[k + 2] = p1, p2, pn

@@ -370,7 +370,4 @@ def _announce_long_ones() -> None:
 def _say() -> None:
     # None where the caller has closed it.
     if sys.stderr is not None:
-        sys.stderr.write(
-            "impulsekit: compiling for this machine, once per installation "
-            "(`impulsekit warm-up` does it beforehand)\n"
-        )
+        sys.stderr.write("impulsekit: compiling for this machine, once per installation\n")

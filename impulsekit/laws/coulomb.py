@@ -13,6 +13,7 @@ from .progress import Block, Triple
 from .quartic import slides
 from .status import Status
 from .tolerances import ARRIVED, AT_REST, ROUNDING_OF_SUMS, SINGULAR
+from .words import JAM, MANY, NOT_UNIQUE
 
 __all__ = [
     "bounded_friction",
@@ -33,8 +34,7 @@ ON_EDGE = 1e-15
 # Slip that W_tt cannot change, as a share of the velocities: above it nothing sticks.
 STOPPABLE = 1e-10
 _NOTHING = (0.0, 0.0, 0.0)
-_SOLVED, _JAM, _NONE = int(Status.SOLVED), int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
-_MANY, _NOT_UNIQUE = int(Status.MANY_SOLUTIONS), int(Status.NOT_UNIQUE)
+_SOLVED, _NONE = int(Status.SOLVED), int(Status.NO_SOLUTION)
 
 # A tangential inertia this much smaller than its terms is a zero.
 NO_INERTIA = 1e-12
@@ -74,7 +74,7 @@ def coulomb(
     if bn >= -AT_REST * scale:
         # It parts, or lies still: there is no impulse, whatever else would be possible.
         if mu > 0.0 and bn <= NO_SLIP * scale and is_jammed(block, b1, b2, mu, scale):
-            return _NOTHING, _MANY
+            return _NOTHING, MANY
         return _NOTHING, _SOLVED
     if not nn > 0.0:
         return _NOTHING, _NONE
@@ -90,9 +90,9 @@ def coulomb(
             or (count > 2 and slips(block, b1, b2, sliding_impulse(block, bn, mu, three), scale))
             or (count > 3 and slips(block, b1, b2, sliding_impulse(block, bn, mu, four), scale))
         ):
-            return stick, _MANY
-        return stick, _NOT_UNIQUE
-    code = _JAM if is_jammed(block, b1, b2, mu, scale) else _SOLVED
+            return stick, MANY
+        return stick, NOT_UNIQUE
+    code = JAM if is_jammed(block, b1, b2, mu, scale) else _SOLVED
     # Even far below Painlevé's friction it may slide as well, where W_tt is anisotropic; the
     # signs in the quartic mostly tell at once that it cannot.
     count, one, two, three, four = slides(block, b1, b2, bn, mu)
@@ -106,7 +106,7 @@ def coulomb(
         or (count > 2 and _apart(sliding_impulse(block, bn, mu, three), chosen))
         or (count > 3 and _apart(sliding_impulse(block, bn, mu, four), chosen))
     ):
-        return chosen, _MANY
+        return chosen, MANY
     return chosen, code
 
 
@@ -142,7 +142,7 @@ def released(block: Block, b: Triple, mu: float, floor: float, scale: float) -> 
             stick, sticks, determined = sticking_impulse(block, b[0], b[1], 0.0, mu, scale)
             if not sticks or not stick[2] > floor:
                 return _NOTHING, _NONE
-            return stick, _SOLVED if determined else _NOT_UNIQUE
+            return stick, _SOLVED if determined else NOT_UNIQUE
     impulse, code = coulomb(block, b[0], b[1], b[2], mu, scale)
     if impulse[2] < floor * (1.0 - SHORT):
         return impulse, _NONE

@@ -44,7 +44,7 @@ from .progress import (
 from .status import Status
 from .taylor import STRAIGHT, Array, turn
 from .tolerances import ARRIVED, AT_REST, GAIN, RESIDUAL_LIMIT, SINGULAR
-from .words import NEWTON, POISSON, STRONGE
+from .words import JAM, NEWTON, POISSON, STRONGE
 
 __all__ = ["STOPPED", "follow", "outgoing"]
 
@@ -62,7 +62,7 @@ CLOSE = 1e-8
 # Velocities whose squares are doubles in full.
 SQUARES_FROM, SQUARES_TO = 1e-120, 1e120
 _SOLVED, _GAIN = int(Status.SOLVED), int(Status.ENERGY_GAIN)
-_JAM, _NONE = int(Status.PAINLEVE_JAM), int(Status.NO_SOLUTION)
+_NONE = int(Status.NO_SOLUTION)
 _LOST, _ENDLESS = int(Status.INACCURATE), int(Status.NOT_CONVERGED)
 # What goes on: slip that turns, slip that keeps, rest.
 _TURNS, _SLIPS, _RESTS = 0, 1, 2
@@ -133,7 +133,7 @@ def _follow(
         code, now[RESIDUAL] = _NONE, 1.0
     else:
         now[RESIDUAL] = _residual(now, law, e, target, scale)
-        code = _JAM if now[FALLS] > 0.0 else _SOLVED
+        code = JAM if now[FALLS] > 0.0 else _SOLVED
         if not now[RESIDUAL] <= RESIDUAL_LIMIT:
             code = _ENDLESS
     return _book(block, free, scale, code, now)
@@ -177,7 +177,7 @@ def _book(block: Block, free: Triple, scale: float, code: int, now: Array) -> in
     now[U1], now[U2], now[UN] = a1, a2, an
     off = math.sqrt(o1 * o1 + o2 * o2 + on * on)
     rubs = p1 != 0.0 or p2 != 0.0
-    valid = code in (_SOLVED, _JAM)
+    valid = code in (_SOLVED, JAM)
     if rubs and valid and not off <= CLOSE * scale:
         code, valid = _LOST, False
     total = 0.5 * (p1 * (f1 + a1) + p2 * (f2 + a2) + pn * (fn + an))

@@ -17,8 +17,8 @@ class Status(int, enum.Enum):
     batch, and ``Status(code)`` returns the member.
 
     Example:
-        >>> int(Status.NOT_UNIQUE), Status(2).name, Status.NOT_FINITE.valid
-        (2, 'NOT_UNIQUE', False)
+        >>> int(Status.ENERGY_GAIN), Status(4).name, Status.NOT_FINITE.valid
+        (4, 'ENERGY_GAIN', False)
     """
 
     def __new__(cls, code: int, sentence: str = "") -> Status:
@@ -40,30 +40,11 @@ class Status(int, enum.Enum):
         "Residuals are above machine precision: masses or lengths in this scene span too many "
         "orders of magnitude for double precision. See impact.residuals and rescale the model.",
     )
-    NOT_UNIQUE = (
-        2,
-        "Valid. Contacts are redundant: velocities and resultants are unique, the split of the "
-        "impulse among those contacts is not (the one of least norm is given); use the resultant. "
-        "Under Poisson's law, and where redundant contacts slip, velocities may depend on the "
-        "split: see impact.uniqueness.",
-    )
-    PAINLEVE_JAM = (
-        3,
-        "Valid. Friction presses a sliding contact further in (W_nn ≤ µ W_nt·s, Painlevé's case): "
-        "it jams until the slip stops, so small changes of the state or of µ change the result "
-        "much. Check the friction coefficient.",
-    )
     ENERGY_GAIN = (
         4,
         "Contacts and constraints increase the kinetic energy, as Newton's and Poisson's laws can "
         "with friction (Kane & Levinson 1985), and Newton's where constraints change velocities "
         'at the same instant. Use Law(restitution="stronge", slip="path"), or lower e.',
-    )
-    MANY_SOLUTIONS = (
-        5,
-        "Several v⁺ satisfy the contact law at this state without an energy gain. By which rule "
-        "one is shown, and the others, are in impact.uniqueness. Lower the "
-        'friction, or treat contacts one by one with Law(order="sequential").',
     )
     NO_SOLUTION = (
         6,
@@ -75,11 +56,6 @@ class Status(int, enum.Enum):
         7,
         "The contact solver did not converge to the residual limit; the numbers shown are its last "
         "iterate, do not use them. Lower the friction, or leave out redundant contacts.",
-    )
-    SEQUENCE_TOO_LONG = (
-        8,
-        "The sequence of single impacts did not end: some contact kept approaching. Use "
-        'Law(order="simultaneous"), or lower the restitution.',
     )
     NOT_FINITE = (
         9,
@@ -143,13 +119,12 @@ class Status(int, enum.Enum):
     @property
     def obeys_law(self) -> bool:
         """Whether the numbers satisfy the law of contact, valid or not."""
-        return self in _VALID or self in (Status.ENERGY_GAIN, Status.MANY_SOLUTIONS)
+        return self in _VALID or self is Status.ENERGY_GAIN
 
 
 # A status by its code, where that is looked up often.
-BY_CODE = tuple(sorted(Status))
-_VALID = frozenset({Status.SOLVED, Status.NOT_UNIQUE, Status.NEARLY_DEPENDENT, Status.PAINLEVE_JAM})
-_EXACT = frozenset({Status.SOLVED, Status.NOT_UNIQUE})
+BY_CODE = {int(status): status for status in Status}
+_VALID = frozenset({Status.SOLVED, Status.NEARLY_DEPENDENT})
 
 
 def judged(found: Status, residual: float, *, nearly_dependent: bool = False) -> Status:
@@ -162,6 +137,6 @@ def judged(found: Status, residual: float, *, nearly_dependent: bool = False) ->
     """
     if found.valid and not residual <= RESIDUAL_LIMIT:
         return Status.INACCURATE
-    if found in _EXACT and nearly_dependent:
+    if found is Status.SOLVED and nearly_dependent:
         return Status.NEARLY_DEPENDENT
     return found

@@ -47,7 +47,9 @@ def test_a_box_on_its_corners_gains_no_energy(law, count):
     feet = [ik.Contact("box", at=at, friction=0.5, restitution=0.3, **more) for at in CORNERS]
     if ("slip" in law and count > 1) or (law.get("restitution") == "lzb" and count == 4):
         pytest.skip("one contact by itself, and no waves through four while code is interpreted")
-    assert statuses(feet[:count], law) <= {"SOLVED", "MANY_SOLUTIONS"}
+    # Waves in which a corner turns to and fro without end are told, not followed.
+    told = {"NOT_CONVERGED"} if more else set()
+    assert statuses(feet[:count], law) <= {"SOLVED"} | told
 
 
 def test_nor_without_friction_nor_where_it_resists_rolling_nor_where_it_adheres():
@@ -59,7 +61,7 @@ def test_nor_without_friction_nor_where_it_resists_rolling_nor_where_it_adheres(
 def test_nor_where_a_point_of_it_is_pinned():
     pin = ik.PointAnchor("box", at=CORNERS[0])
     feet = [ik.Contact("box", at=at, friction=0.5) for at in CORNERS[1:]]
-    assert statuses(feet, constraints=[pin]) <= {"SOLVED", "MANY_SOLUTIONS"}
+    assert statuses(feet, constraints=[pin]) <= {"SOLVED"}
 
 
 def test_nor_in_batches():
