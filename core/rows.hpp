@@ -468,6 +468,22 @@ class Rows {
                       turns[nv() + at] += omega.y;
                       turns[2 * nv() + at] += omega.z;
                   });
+        const S least = number<S>(1e-14) * (number<S>(1.0) + root(dot(t.place, t.place)));
+        for (int k = 0; k < lanes; ++k) clear_faint(rows, k, get(least, k));
+    }
+
+    // The normal's row, or both tangents', is zero where only the rounding of places is left of it.
+    void clear_faint(S* rows, int k, double least) {
+        const auto largest = [&](int begin, int end) {
+            double most = 0.0;
+            for (int i = begin; i < end; ++i) most = std::max(most, std::abs(get(rows[i], k)));
+            return most;
+        };
+        const auto clear = [&](int begin, int end) {
+            for (int i = begin; i < end; ++i) Number<S>::set(rows[i], k, 0.0);
+        };
+        if (largest(2 * nv(), 3 * nv()) <= least) clear(2 * nv(), 3 * nv());
+        if (largest(0, 2 * nv()) <= least) clear(0, 2 * nv());
     }
 };
 

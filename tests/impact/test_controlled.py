@@ -161,7 +161,6 @@ def test_batches_say_the_same(slip):
     states = np.array([q, q + 0.05, q - 0.1]), np.array([v, 0.5 * v, 2 * v])
     outputs = ("v_after", "contact_impulses", "constraint_impulses", "reactions")
     batch = ik.solve_batch(scene, *states, outputs=outputs)
-    assert batch.plan.kernel
     for row, state in enumerate(zip(*states, strict=True)):
         impact = ik.solve(scene, *state)
         assert np.array_equal(impact.v_after[[1, 4]], state[1][[1, 4]])

@@ -171,8 +171,9 @@ def test_batches_and_files_know_it(tmp_path):
     one = ik.Scene(ball, contacts=contacts[:1])
     v = np.random.default_rng(1).normal(size=(4, 6)) - [0, 0, 3, 0, 0, 0]
     batch = ik.solve_batch(one, ball.neutral(), v)
-    assert "friction" in batch.plan.why[0] and batch.valid.all()
-    assert batch.v_after[2].tobytes() == ik.solve(one, ball.neutral(), v[2]).v_after.tobytes()
+    assert batch.valid.all()
+    alone = ik.solve(one, ball.neutral(), v[2]).v_after
+    np.testing.assert_allclose(batch.v_after[2], alone, rtol=0, atol=1e-12)
 
 
 def test_what_adheres_slips_by_its_kinetic_friction_while_it_is_pulled():

@@ -59,6 +59,10 @@ def test_a_box_that_tumbles_comes_to_lie_on_a_face(law):
     check(law, 0)
 
 
+MAY_STOP = pytest.mark.xfail(reason="some impacts of rigid flats are NOT_CONVERGED", strict=False)
+
+
+@MAY_STOP
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", range(100, 103))
@@ -86,6 +90,7 @@ def round_body(shape):
     )
 
 
+@MAY_STOP
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("shape", ["cylinder", "capsule"])
