@@ -54,13 +54,3 @@ def test_every_public_name_resolves():
     assert {"Robot", "Scene", "solve", "load_scene", "report"} <= set(impulsekit.__all__)
     for name in impulsekit.__all__:
         assert getattr(impulsekit, name) is not None
-
-
-def test_compiled_code_can_be_imported_behind_numba():
-    # Entries tell numba of themselves at once then: their examples stand before them.
-    program = (
-        "from impulsekit.laws.compiled import use_numba; use_numba()\n"
-        "import impulsekit.motion.simulate"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-600:]

@@ -167,21 +167,3 @@ def test_it_prints_as_a_table():
     ]
     with pytest.raises(UnknownNameError, match="floor"):
         ik.touching(scene, arm.neutral()).contacts["flor"]
-
-
-def test_hulls_of_meshes_are_kept_until_the_mesh_changes():
-    from impulsekit.geometry.collision import solids_of
-
-    robot = ik.Robot.from_example("panda")
-    objects = robot.collision_model.geometryObjects
-    mesh = next(i for i, item in enumerate(objects) if "BVH" in type(item.geometry).__name__)
-    first = solids_of(robot, [mesh])[0][0]
-    assert solids_of(robot, [mesh])[0][0] is first
-    other = next(
-        item.geometry
-        for item in objects
-        if "BVH" in type(item.geometry).__name__
-        and item.geometry.num_vertices != objects[mesh].geometry.num_vertices
-    )
-    objects[mesh].geometry = other
-    assert solids_of(robot, [mesh])[0][0] is not first

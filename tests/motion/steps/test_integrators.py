@@ -43,26 +43,3 @@ def test_free_flight_of_a_robot_keeps_energy_and_momentum():
     weight = talos.mass * np.array([0.0, 0.0, -9.81])
     linear = momentum.linear - np.outer(motion.t, weight)
     assert np.abs(linear - linear[0]).max() < 1e-11 * talos.mass * 9.81
-
-
-def test_steps_of_order_eight_are_those_of_the_published_method_to_the_last_bit():
-    """One oscillator meets a spring: scipy has DOP853 as Hairer published it."""
-    from scipy.integrate import DOP853
-
-    from impulsekit.motion.steps.explicit import ExplicitStepper
-
-    def rates(t, y):
-        push = 40.0 * max(y[0] - 0.5, 0.0)
-        return np.array([y[2], y[3], np.cos(3.0 * t) - np.sin(y[0]) - push, y[0] - y[1]])
-
-    y = np.array([0.1, 0.2, 0.3, -0.2])
-    theirs = DOP853(rates, 0.0, y, 3.0, rtol=1e-10, atol=1e-12)
-    ours = ExplicitStepper(rates, 1e-10, 1e-12)
-    ours.reset(0.0, y, None, 3.0)
-    while theirs.status == "running":
-        theirs.step()
-        within = ours.step(np.inf)
-        assert ours.t == theirs.t
-        np.testing.assert_array_equal(ours.y, theirs.y)
-        for t in np.linspace(theirs.t_old, theirs.t, 4):
-            np.testing.assert_array_equal(within(t), theirs.dense_output()(t))
