@@ -59,14 +59,15 @@ def test_a_box_that_tumbles_comes_to_lie_on_a_face(law):
     check(law, 0)
 
 
-MAY_STOP = pytest.mark.xfail(reason="some impacts of rigid flats are NOT_CONVERGED", strict=False)
+STOPS = "an impact of this motion is NOT_CONVERGED"
 
 
-@MAY_STOP
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("seed", range(100, 103))
 def test_a_box_that_tumbles_on_a_floor_somewhere_comes_to_lie_on_a_face(law, seed):
+    if law == "lzb" and seed in (100, 101):
+        pytest.xfail(STOPS)
     rng = np.random.default_rng(seed)
     turned = pin.rpy.rpyToMatrix(*rng.uniform(-3, 3, 3))
     check(law, seed, pin.SE3(turned, rng.uniform(-100, 100, 3)))
@@ -90,7 +91,6 @@ def round_body(shape):
     )
 
 
-@MAY_STOP
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("shape", ["cylinder", "capsule"])
@@ -98,6 +98,8 @@ def round_body(shape):
 def test_round_bodies_that_tumble_are_followed_to_the_end(law, shape, seed):
     if (law, shape) == ("lzb", "capsule"):
         pytest.skip("its pieces touch at points 1e-10 m apart, which take lzb too many steps")
+    if (law, shape, seed) in (("lzb", "cylinder", 1), ("poisson", "capsule", 1)):
+        pytest.xfail(STOPS)
     rng = np.random.default_rng(seed)
     given = {"restitution": rng.uniform(0, 0.6), "friction": rng.uniform(0.05, 0.9)}
     given |= {"stiffness": 1.0} if law == "lzb" else {}
