@@ -65,10 +65,27 @@ def test_ctrl_c_ends_a_batch(solo):
     feet = [ik.Contact(f, restitution=0.3, friction=0.5) for f in FEET]
     q, v = random_states(solo, 500)
     scene, many = ik.Scene(solo, contacts=feet), (np.tile(q, (1000, 1)), np.tile(v, (1000, 1)))
-    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
-    with pytest.raises(KeyboardInterrupt):
-        timer.start()
-        ik.solve_batch(scene, *many)
+    over = threading.Event()
+
+    def press_until_over():
+        while not over.wait(0.02):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def pressed(signum, frame):
+        over.set()
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, pressed)  # a job in the background ignores it
+    presses = threading.Thread(target=press_until_over)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            presses.start()
+            for _ in range(100):
+                ik.solve_batch(scene, *many)
+    finally:
+        over.set()
+        presses.join()
+        signal.signal(signal.SIGINT, before)
     assert ik.solve_batch(scene, q, v).valid.all()
 
 
