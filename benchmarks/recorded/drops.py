@@ -13,9 +13,13 @@ from benchmarks.urdf import link_text, robot_text
 from impulsekit.design.measurement import Measurement
 from impulsekit.errors import FileError, shown
 from impulsekit.files import file_told, open_plain_file
-from impulsekit.measured.candidates import LawCandidate, usual_candidates
-from impulsekit.measured.comparison import LawComparison, compare_laws
-from impulsekit.measured.mirrored import MirroredAxes, find_mirrored
+from impulsekit.measured.comparison import (
+    LawCandidate,
+    LawComparison,
+    compare_laws,
+    usual_candidates,
+)
+from impulsekit.measured.order_and_signs import MirroredAxes, find_mirrored
 from impulsekit.robot import Robot
 from impulsekit.scene import Contact, Law, Scene
 

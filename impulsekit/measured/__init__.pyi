@@ -4,19 +4,19 @@ from ..design.fit import fit_impacts as fit_impacts
 from ..design.measured import load_measurements as load_measurements
 from .calibration import Calibration as Calibration
 from .calibration import calibrate as calibrate
-from .candidates import LawCandidate as LawCandidate
 from .columns import RecordingFormat as RecordingFormat
+from .comparison import LawCandidate as LawCandidate
 from .comparison import LawComparison as LawComparison
 from .comparison import compare_laws as compare_laws
 from .finding import find_impacts as find_impacts
 from .found import FoundImpact as FoundImpact
 from .found import FoundImpacts as FoundImpacts
+from .identification import Identification as Identification
 from .identification import identify as identify
-from .identification_report import Identification as Identification
-from .mirrored import MirroredAxes as MirroredAxes
-from .mirrored import find_mirrored as find_mirrored
 from .motions import MotionFit as MotionFit
 from .motions import fit_motion as fit_motion
+from .order_and_signs import MirroredAxes as MirroredAxes
+from .order_and_signs import find_mirrored as find_mirrored
 from .reading import load_recordings as load_recordings
 from .recording import Recording as Recording
 

@@ -14,8 +14,6 @@ from ..rows.contacts import ContactRows, Touch
 from ..rows.reach import reached_model
 from ..scene import Collision, Scene
 
-__all__ = ["ClosingContacts"]
-
 # Contacts within this of the nearest may have closed with it [m]; a box that meets a floor with
 # an edge a degree off has its corners 2 mm apart for each 0.1 m.
 TOGETHER = 0.01

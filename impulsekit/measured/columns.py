@@ -20,13 +20,15 @@ from ..errors import (
     quoted,
 )
 from ..robot import Robot
-from .limit_check import check_joint_limits
-from .repeats import repeated_poses
-from .samples import in_order, turns_of, without_gaps
-from .velocity_check import checked_velocities
-from .vendors import hint_for_name
-
-__all__ = ["REPAIRS", "RecordingFormat", "read_columns"]
+from .csv_table import hint_for_name
+from .recording_checks import (
+    check_joint_limits,
+    checked_velocities,
+    in_order,
+    repeated_poses,
+    turns_of,
+    without_gaps,
+)
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}

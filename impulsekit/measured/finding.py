@@ -16,16 +16,21 @@ from .columns import TIME_UNITS
 from .flight import Flight
 from .found import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
-from .kink import Kink, is_smooth, meeting_of
-from .order_check import check_order_by_balance, check_quaternion_order, quaternions_of
+from .order_and_signs import check_order_by_balance, check_quaternion_order, quaternions_of
 from .recording import Recording, as_recordings
-from .segments import MEDIAN_TO_SIGMA, Segments, find_segments, flights_with_noise
-from .velocity_check import checked_velocities
+from .recording_checks import checked_velocities
+from .segments import (
+    MEDIAN_TO_SIGMA,
+    Kink,
+    Segments,
+    find_segments,
+    flights_with_noise,
+    is_smooth,
+    meeting_of,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-__all__ = ["find_impacts"]
 
 # Flights are fitted to so many samples on either side at most.
 MOST_SAMPLES = 12

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import ceil
-from time import thread_time
 
 import numpy as np
 import pinocchio as pin
@@ -12,12 +11,12 @@ import pinocchio as pin
 from ..motion.dynamics.accelerations import Dynamics
 from ..scene import Scene
 from ..tolerances import NONZERO
-from .free_body import LONGEST_TURN, fly_all, fly_along, free_body_of
 from .free_fall import free_joints
-from .samples import turns_of
+from .recording_checks import turns_of
 
-__all__ = ["Flight", "FlightFit", "left_by_parabolas"]
-
+# No step turns a body, or turns or moves a joint, by more [rad, m]: the error of the rule is then
+# below 1e-6 of a step, far below any noise.
+LONGEST_TURN = 0.1
 # A fit ends when an update is below this share of its standard deviation.
 SETTLED = 1e-2
 MOST_UPDATES = 6
@@ -58,10 +57,6 @@ class Flight:
     def __init__(self, scene: Scene) -> None:
         self.model = scene.robot.model
         self._dynamics = Dynamics(replace(scene, impulses=(), contacts=()))
-        self._free_body = free_body_of(scene)
-        if self._free_body is not None:
-            fly_all.load()
-            fly_along.load()
         # Where free joints begin in q and v.
         self._free = [(joint.idx_q, joint.idx_v) for joint in free_joints(self.model)]
 
@@ -104,23 +99,13 @@ class Flight:
     ) -> tuple[np.ndarray, np.ndarray]:
         """States (n, nq), (n, nv) at times (n,), each moved by its ``dt`` (n,) [s]; new arrays."""
         q, v = q.copy(), v.copy()
-        if self._free_body is not None and fly_all.is_compiled:
-            fly_all(self._free_body, dt, q, v)
-            return q, v
-        begin = thread_time()
         for i in range(len(dt)):
             q[i], v[i] = self.step(float(t[i]), q[i], v[i], float(dt[i]))
-        if self._free_body is not None:
-            fly_all.wait(thread_time() - begin)
         return q, v
 
     def path(self, time: float, q: np.ndarray, v: np.ndarray, times: np.ndarray) -> np.ndarray:
         """(N, nq) configurations at times (N,) before and after that of the state, in order."""
         found = np.tile(q, (len(times), 1))
-        if self._free_body is not None and fly_along.is_compiled:
-            fly_along(self._free_body, times - time, found, np.tile(v, (len(times), 1)))
-            return found
-        begin = thread_time()
         split = int(np.searchsorted(times, time))
         for part in (range(split, len(times)), range(split - 1, -1, -1)):
             at, here, speed = time, q, v
@@ -128,8 +113,6 @@ class Flight:
                 here, speed = self.step(at, here, speed, float(times[k]) - at)
                 at = float(times[k])
                 found[k] = here
-        if self._free_body is not None:
-            fly_along.wait(thread_time() - begin)
         return found
 
     def fit(

@@ -15,8 +15,6 @@ from .free_fall import free_bodies
 from .recording import Recording
 from .segments import MEDIAN_TO_SIGMA
 
-__all__ = ["FloorFit", "fitted_floor", "rest_of"]
-
 # A body is at rest where the medians of three parts of a run of samples differ by no more than so
 # slow a way [m/s, rad/s] and so many standard deviations of their noise.
 STILL, NOISY = 0.05, 3.0

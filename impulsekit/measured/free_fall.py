@@ -12,18 +12,6 @@ from ..robot import Robot
 from ..tolerances import NONZERO
 from .recording import Recording
 
-__all__ = [
-    "FreeFall",
-    "coarse_scale",
-    "free_bodies",
-    "free_fall",
-    "free_joints",
-    "free_root",
-    "has_one_free_body",
-    "length_unit",
-    "mass_centres",
-]
-
 # Samples of windows to look for free fall in.
 WINDOWS = (15, 25)
 # A window's parabola leaves residuals below this share of what it falls [relative].

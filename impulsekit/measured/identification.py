@@ -1,21 +1,199 @@
-"""``identify``: from recordings to coefficients in one call, with a report."""
+"""What ``identify`` found, as text and as plain data."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from ..design.fit import Fit, fit_impacts
+from ..display import OneLine
+from ..display.plain import plain
 from ..errors import InputError, check_kind
 from ..scene import Scene
-from .calibration import calibrate
-from .comparison import compare_laws
+from .calibration import Calibration, calibrate
+from .comparison import LawComparison, compare_laws
 from .finding import find_impacts
-from .identification_report import Identification
-from .motions import FEWEST_RECORDINGS, check_choices, fit_motion
+from .found import FoundImpacts
+from .motions import FEWEST_RECORDINGS, MotionFit, check_choices, fit_motion
 from .recording import Recording, as_recordings
 
-__all__ = ["identify"]
+# Of recordings, so many notes are shown.
+MOST_NOTES = 8
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(OneLine):
+    """What recordings tell about a scene.
+
+    Attributes:
+        recordings: as they were used: calibrated.
+        calibration: None if there was none.
+        impacts: what was found in them.
+        by_impact: the fit to single impacts; None with too few.
+        by_motion: the fit to whole motions; None if it was not asked for, or with too few.
+        scene: the scene with the fitted coefficients, of whole motions where there are any.
+        notes: what was left out, and why.
+        laws: how laws predict the impacts; None if it was not asked for, or with too few.
+
+    Example:
+        >>> import impulsekit as ik
+        >>> file = ik.load_scene("examples/cube_tosses.toml")
+        >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
+        >>> found = ik.measured.identify(tosses[:4], file.scene, motions=False)
+        >>> found.by_motion is None, found.calibration is None, "Impacts" in found.report()
+        (True, False, True)
+    """
+
+    recordings: tuple[Recording, ...] = field(repr=False)
+    calibration: Calibration | None
+    impacts: FoundImpacts
+    by_impact: Fit | None
+    by_motion: MotionFit | None
+    scene: Scene = field(repr=False)
+    notes: tuple[str, ...] = ()
+    laws: LawComparison | None = None
+
+    def report(self, level: float = 0.95) -> str:
+        """The report as text."""
+        return report_text(self, level)
+
+    def to_dict(self, level: float = 0.95) -> dict[str, Any]:
+        """All numbers of the report, ready for JSON."""
+        return as_dict(self, level)
+
+
+def report_text(found: Identification, level: float) -> str:
+    """The report as text."""
+    samples = sum(len(each.t) for each in found.recordings)
+    lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples"]
+    # What was repaired or left out while reading.
+    told = [f"{each.name or 'recording'}: {note}" for each in found.recordings
+            for note in each.notes]  # fmt: skip
+    lines += [f"note: {line}" for line in told[:MOST_NOTES]]
+    if len(told) > MOST_NOTES:
+        lines.append(f"note: {len(told) - MOST_NOTES} more such notes")
+    lines.append("")
+    if found.calibration is not None:
+        lines += ["Calibration", *str(found.calibration).splitlines(), ""]
+    impacts = found.impacts
+    lines += [
+        "Impacts",
+        f"{_count(len(impacts), 'impact')} with flight on both sides, "
+        f"{len(impacts.balanced())} of them balance momentum at known contacts",
+        f"{_count(len(impacts.phases), 'phase')} without flight, "
+        f"{_count(len(impacts.outliers), 'sample')} off the others",
+        *(f"note: {note}" for note in impacts.notes),
+        "",
+    ]
+    if found.by_impact is not None:
+        lines += ["Fitted to single impacts", *_fit_lines(found.by_impact, level), ""]
+    if found.laws is not None:
+        lines += [
+            "Laws, by single impacts held out; errors in per cent of v before, by kinetic energy",
+            *found.laws.report().splitlines(), "",
+        ]  # fmt: skip
+    if found.by_motion is not None:
+        lines += ["Fitted to whole motions", *_motion_lines(found.by_motion, level), ""]
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _fit_lines(fit: Fit, level: float) -> list[str]:
+    rows = _table(fit.names, fit.values, fit.intervals(level), level)
+    tail = 50.0 * (1.0 - level)
+    drawn = np.percentile(fit.resampled(), [tail, 100.0 - tail], axis=0).T
+    rows += [
+        f"resampled: {name} {low:.4g} to {high:.4g}"
+        for name, (low, high) in zip(fit.names, drawn, strict=True)
+    ]
+    return [*rows, *(f"note: {note}" for note in fit.notes)]
+
+
+def _motion_lines(fit: MotionFit, level: float) -> list[str]:
+    rows = _table(fit.names, fit.values, fit.intervals(level), level)
+    rows.append(f"{'error of the motion':24} {'mean':>20} {'median':>20}")
+    rows += [
+        error_row(what, errors)
+        for what, errors in (("fitted", fit.errors), ("held out", fit.held_out))
+        if len(errors)
+    ]
+    return [*rows, *(f"note: {note}" for note in fit.notes)]
+
+
+def error_row(what: str, errors: np.ndarray) -> str:
+    """Mean and median of (K, 2) distances and angles; recordings that failed are left out."""
+    fine = errors[np.isfinite(errors).all(axis=1)]
+    if not len(fine):
+        return f"{what}: no motion came to its end"
+    cells = [
+        f"{1e3 * each[0]:6.1f} mm, {math.degrees(each[1]):5.1f}°"
+        for each in (fine.mean(axis=0), np.median(fine, axis=0))
+    ]
+    return f"{f'{what} ({len(errors)})':24} {cells[0]:>20} {cells[1]:>20}"
+
+
+def _table(names: Any, values: Any, ends: Any, level: float) -> list[str]:
+    width = max(24, *map(len, names))
+    rows = [f"{'parameter':{width}} {'value':>9}   {f'{100 * level:g} % interval':>20}"]
+    for name, value, (low, high) in zip(names, values, ends, strict=True):
+        told = f"{low:.4g} to {high:.4g}" if math.isfinite(high - low) else "not determined"
+        rows.append(f"{name:{width}} {value:9.4g}   {told:>20}")
+    return rows
+
+
+def as_dict(found: Identification, level: float) -> dict[str, Any]:
+    """Plain data for JSON; what is not finite is None."""
+    calibration = found.calibration
+    by_motion, by_impact = found.by_motion, found.by_impact
+    data: dict[str, Any] = {
+        "recordings": [each.name for each in found.recordings],
+        "calibration": None,
+        "impacts": [
+            {
+                "recording": each.recording, "time": each.time, "time_sigma": each.time_sigma,
+                "contacts": list(each.contacts), "balance": each.balance, "q": each.q,
+                "v_before": each.v_before, "v_after": each.v_after, "impulses": each.impulses,
+            }
+            for each in found.impacts.impacts
+        ],
+        "by_impact": None,
+        "by_motion": None,
+        "laws": None if found.laws is None else found.laws.to_dict(),
+        "notes": list(found.notes),
+    }  # fmt: skip
+    if calibration is not None:
+        names = tuple(calibration.sigma)
+        data["calibration"] = {
+            name: {"value": getattr(calibration, name), "sigma": calibration.sigma[name]}
+            for name in names
+        }
+    for key, fit in (("by_impact", by_impact), ("by_motion", by_motion)):
+        if fit is not None:
+            data[key] = {
+                "parameters": {
+                    name: {"value": value, "interval": ends}
+                    for name, value, ends in zip(
+                        fit.names, fit.values, fit.intervals(level), strict=True
+                    )
+                },
+                "notes": list(fit.notes),
+            }
+    if by_motion is not None:
+        data["by_motion"] |= {
+            "errors": by_motion.errors, "held_out": by_motion.held_out,
+            "held_names": list(by_motion.held_names),
+        }  # fmt: skip
+    told: dict[str, Any] = plain(data)
+    return told
+
 
 # Fewer impacts tell a coefficient for each contact badly.
 FEWEST_IMPACTS = 5

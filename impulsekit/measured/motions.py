@@ -20,12 +20,9 @@ from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number, whole
 from ..tolerances import NONZERO
+from .motion_search import are_smooth, design_points, least_of, resampled_least, smooth_fit
 from .recording import Recording, as_recordings
 from .rollouts import QUICK, Rollouts
-from .smooth_fit import are_smooth, smooth_fit
-from .surface import design_points, least_of, resampled_least
-
-__all__ = ["MotionFit", "check_choices", "fit_motion"]
 
 # Where a friction is looked for: dry contacts have 0.1 to 1; on a logarithmic scale.
 FRICTION = (0.03, 1.5)

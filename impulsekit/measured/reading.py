@@ -18,8 +18,6 @@ from .columns import RecordingFormat
 from .csv_table import csv_columns, without_unit
 from .recording import Recording
 
-__all__ = ["load_recordings"]
-
 # A column of several numbers: position[0], or position.x.
 _INDEXED = re.compile(r"(.+?)(?:\[(\d+)\]|\.([xyzw]))$")
 _LETTERS = {"x": 0, "y": 1, "z": 2, "w": 3}

@@ -24,8 +24,6 @@ from .flight import Flight
 from .recording import Recording
 from .segments import find_segments, flights_with_noise
 
-__all__ = ["QUICK", "Rollouts", "Start", "starts_of"]
-
 # For fits: errors of some 1e-4 of the way, a hundredth of what a recording and the best law
 # differ by, at a fifth of the time.
 QUICK = MotionSettings(rtol=1e-4, atol=1e-6, capture_speed=1e-3, together=1e-5)

@@ -14,8 +14,6 @@ from ..errors import FileError, InputError, MissingExtraError, UnknownNameError,
 from ..robot import Robot
 from .columns import RecordingFormat
 
-__all__ = ["columns_of_bag"]
-
 # [s]
 NANOSECOND = 1e-9
 

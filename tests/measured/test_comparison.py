@@ -16,8 +16,7 @@ from impulsekit.measured import (
     find_mirrored,
     fit_impacts,
 )
-from impulsekit.measured.candidates import usual_candidates
-from impulsekit.measured.comparison import _dealt
+from impulsekit.measured.comparison import _dealt, usual_candidates
 from tests.measured.bodies import ball_scene
 
 NAMES = {"restitution": ["tip"], "friction": ["tip"]}

@@ -6,7 +6,6 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.measured.flight import Flight
-from impulsekit.measured.free_body import fly_all, fly_along, free_body_of
 
 BOX = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
 SCENE = ik.Scene(BOX, gravity=[0, 0, -9.81])
@@ -70,33 +69,3 @@ def test_a_fit_is_as_far_off_as_its_covariance_says():
     # 720 numbers of a normal distribution, but for a body's turn over the samples.
     assert np.mean(np.square(scores)) == pytest.approx(1.0, abs=0.2)
     assert np.abs(np.mean(scores)) < 0.15
-
-
-@pytest.mark.parametrize("inertia", [(1, 1, 1), (1, 2, 2.8), (0.1, 2, 2.05)])
-def test_the_free_body_flies_as_any_robot_does(inertia, monkeypatch):
-    monkeypatch.setattr("impulsekit.measured.flight.LONGEST_TURN", 0.01)
-    model = pin.Model()
-    model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Random(), "root")
-    own = pin.Inertia(0.4, np.array([0.01, 0.02, -0.03]), 1e-3 * np.diag(inertia))
-    model.appendBodyToJoint(1, own, pin.SE3.Identity())
-    model.addBodyFrame("body", 1, pin.SE3.Identity(), 0)
-    scene = ik.Scene(ik.Robot.from_model(model), gravity=[0.3, 0, -9.81])
-    flight, (q, v), dt = Flight(scene), state(4), np.array([-0.1, -0.03, 0.02, 0.09])
-    numbers = free_body_of(scene)
-    path, speeds = np.tile(q, (4, 1)), np.tile(v, (4, 1))
-    alone, fast = path.copy(), speeds.copy()
-    fly_along.py_func(numbers, dt, path, speeds)
-    fly_all.py_func(numbers, dt, alone, fast)
-    for time, one, other, w in zip(dt, path, alone, fast, strict=True):
-        truth, speed = flight.step(0.0, q, v, time)
-        assert np.abs(pin.difference(model, truth, one)).max() < 2e-6
-        assert np.abs(pin.difference(model, truth, other)).max() < 2e-6
-        assert speed == pytest.approx(w, abs=2e-5)
-
-
-def test_a_body_under_more_than_its_weight_is_no_free_body():
-    assert free_body_of(SCENE) is not None
-    pushed = ik.Scene(BOX, forces=[ik.AppliedForce("box", linear=[1, 0, 0])])
-    assert free_body_of(pushed) is None
-    panda = ik.Robot.from_example("panda", root="freeflyer")
-    assert free_body_of(ik.Scene(panda)) is None

@@ -14,9 +14,9 @@ from impulsekit.cli import main
 from impulsekit.design.parameters import changed_scene, parameters_of
 from impulsekit.errors import ImpulsekitError, InputError, RangeError, UnknownNameError
 from impulsekit.measured import Recording, fit_motion, identify
+from impulsekit.measured.motion_search import design_points, least_of
 from impulsekit.measured.motions import _Search, _searched
 from impulsekit.measured.rollouts import Rollouts
-from impulsekit.measured.surface import design_points, least_of
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
 
 SIGMA = np.array([3e-4] * 3 + [3e-3] * 3)
