@@ -47,7 +47,7 @@ def main(
     OUT receives report.md, rows and claims as CSV and JSON, and diagrams as SVG. A
     method that misses a problem's tolerance does not count as fast there.
     """
-    from impulsekit.cli.threads import one_thread_each
+    from impulsekit.cli.common import one_thread_each
 
     one_thread_each()
     from .methods.registry import few

@@ -95,4 +95,4 @@ def test_imports_in_functions_and_for_types_are_seen():
     of_face = IMPORTS["impulsekit",]
     assert ("impulsekit", "view", "notebook") in of_face, "in a function"
     of_scene = IMPORTS["impulsekit", "scene", "scene"]
-    assert ("impulsekit", "scene", "contact_entry") in of_scene, "for types"
+    assert ("impulsekit", "scene", "entries") in of_scene, "for types"

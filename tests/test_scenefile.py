@@ -13,9 +13,9 @@ from hypothesis import given, settings
 import impulsekit as ik
 from impulsekit.errors import InputError, SceneFileError, StateError, UrdfError
 from impulsekit.scene import ReportPoint
+from impulsekit.scene.coefficients import Restitution, RestitutionTable
 from impulsekit.scene.contacts import Collision, Contact, JointStop
 from impulsekit.scene.law import Law
-from impulsekit.scene.restitution import Restitution, RestitutionTable
 from impulsekit.scenefile import SceneFile, dump_scene
 from impulsekit.scenefile.vocabulary import SECTIONS
 

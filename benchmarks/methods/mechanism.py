@@ -13,8 +13,7 @@ import pinocchio as pin
 
 from impulsekit.errors import InputError
 from impulsekit.scene import AppliedImpulse, Contact, JointImpulse
-from impulsekit.scene.friction import static_friction
-from impulsekit.scene.restitution import restitution_at
+from impulsekit.scene.coefficients import restitution_at, static_friction
 
 from ..problems.problem import Problem
 

@@ -10,7 +10,7 @@ import argparse
 import sys
 
 from benchmarks.recorded.report import measured_report
-from impulsekit.cli.progress import bar_on_terminal
+from impulsekit.cli.common import bar_on_terminal
 from impulsekit.errors import ImpulsekitError
 
 __all__ = ["main"]

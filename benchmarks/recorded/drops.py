@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.recorded.section import Section
 from benchmarks.urdf import link_text, robot_text
-from impulsekit.design.measurement import Measurement
+from impulsekit.design.parameters import Measurement
 from impulsekit.errors import FileError, shown
 from impulsekit.files import file_told, open_plain_file
 from impulsekit.measured.comparison import (

@@ -44,7 +44,7 @@ def main(
     from rich.console import Console
     from rich.table import Table
 
-    from impulsekit.cli.progress import is_terminal
+    from impulsekit.cli.common import is_terminal
     from impulsekit.errors import UnknownNameError
 
     from .report import HEAD, cells, write_report

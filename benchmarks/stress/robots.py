@@ -15,7 +15,7 @@ from impulsekit.impact import Impact, solve
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import AppliedImpulse, Contact, JointLock, Law, PointAnchor, Scene
-from impulsekit.scene.friction import static_friction
+from impulsekit.scene.coefficients import static_friction
 
 from .sweep import Point, Sweeps, seen
 

@@ -24,7 +24,7 @@ from impulsekit.impact.contact_law import (
     solve_contacts,
 )
 from impulsekit.laws.status import judged as judged_of
-from impulsekit.scene.friction import EllipticFriction, FrictionTable, StaticKinetic
+from impulsekit.scene.coefficients import EllipticFriction, FrictionTable, StaticKinetic
 from impulsekit.scene.law import Law
 from impulsekit.tolerances import NONZERO
 

@@ -13,12 +13,11 @@ from .._core import ContactLaw, add_blow, add_kick, add_load, vary_points
 from ..impact.contact_law import friction_models, law_codes
 from ..impact.flat.model import body_numbers, flat_model
 from ..impact.flat.scene import FlatScene, flat_scene, place_numbers
-from ..robot.massless import is_always_regular
+from ..robot.masses import is_always_regular
 from ..rows.entries import Site
 from ..scene import AppliedImpulse, Restitution, RestitutionTable, Scene
-from ..scene.friction import static_friction
-from ..scene.kept import KeptByScene
-from ..scene.restitution import restitution_at
+from ..scene.coefficients import restitution_at, static_friction
+from ..scene.scene import KeptByScene
 from .masses import link_inertia
 
 if TYPE_CHECKING:

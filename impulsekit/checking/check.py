@@ -9,18 +9,15 @@ import numpy as np
 from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing, shown
 from ..reference import Arithmetic, KaneImpact, Rows
 from ..scene import GapContact, JointStop
-from .compare import compared
-from .conditions import conditions_of, take
 from .demands import KnownImpulses, constraint_rows, known_impulses
-from .result import Check
+from .result import Check, compared
+from .sizes import conditions_of, take
 from .system import ReferenceRobot, reference_robot
 
 if TYPE_CHECKING:
     from ..impact import Impact
     from ..motion.estimate import MotionCheck
     from ..motion.record.trajectory import Trajectory
-
-__all__ = ["check"]
 
 # Digits of the reference. Some hundred tell all that doubles can; far more never end.
 MOST_DIGITS = 10_000

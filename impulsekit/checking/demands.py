@@ -28,9 +28,7 @@ from .system import ReferenceRobot
 
 if TYPE_CHECKING:
     from ..impact.forces import BodyImpulse
-    from ..scene.constraint_entry import Constraint
-
-__all__ = ["KnownImpulses", "constraint_rows", "known_impulses"]
+    from ..scene.entries import Constraint
 
 
 @dataclass

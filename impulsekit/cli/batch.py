@@ -9,9 +9,7 @@ from typing import Any
 
 import click
 
-from .exits import INTERRUPTED
-
-__all__ = ["batch"]
+from .common import INTERRUPTED
 
 # So long a client and its workers may take to end [s].
 CLOSING = 5.0
@@ -49,7 +47,7 @@ def batch(
 
     from ..batch.study.store import check_store
     from ..study import load_study, run_study, summarize
-    from .outputs import check_outputs
+    from .common import check_outputs
 
     folder = store or os.path.splitext(file)[0] + "_rows"
     check_outputs(picture=plot)
@@ -67,7 +65,7 @@ def batch(
     summary = summarize(folder)
     click.echo(f"{folder}: {summary}")
     if plot:
-        from ..view.plots.studies import plot_study
+        from ..view.plots.results import plot_study
 
         plot_study(folder, plot)
     ctx.exit(0 if summary.valid else 1)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import click
 
-from .outputs import check_outputs, json_option, write_json
-
-__all__ = ["design"]
+from .common import check_outputs, json_option, write_json
 
 
 @click.command()
@@ -40,8 +38,8 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str | Non
 
 
 def _draw(scene_file: object, plane: str | None, path: str) -> None:
-    from ..design.ellipsoid import impact_ellipsoid
-    from ..design.pictures import plot_effective_mass
+    from ..design.response import impact_ellipsoid
+    from ..design.summary import plot_effective_mass
     from ..scenefile import SceneFile
 
     if not isinstance(scene_file, SceneFile):

@@ -15,8 +15,6 @@ import click
 
 from .. import __version__
 
-__all__ = ["doctor"]
-
 # In a process of its own: a pinocchio built for another Python may take the process down.
 _PROBE = (
     "import json, pinocchio, coal; "

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .outputs import check_outputs, json_option, write_json
+from .common import check_outputs, json_option, write_json
 
 if TYPE_CHECKING:
     from ..design.fit import Fit
     from ..scene import Scene
-
-__all__ = ["fit"]
 
 
 @click.command()

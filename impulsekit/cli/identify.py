@@ -7,9 +7,7 @@ from typing import Any
 
 import click
 
-from .outputs import check_outputs, json_option, write_json
-
-__all__ = ["identify"]
+from .common import check_outputs, json_option, write_json
 
 
 @click.command()
@@ -43,7 +41,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
     quaternion_wxyz, q.JOINT, or the folder of a ROS 2 bag. It is calibrated against gravity
     and the floor; impacts are found and fitted; then whole motions are followed.
     """
-    from .threads import one_thread_each
+    from .common import one_thread_each
 
     one_thread_each()
     from ..errors import RangeError
@@ -51,7 +49,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
     from ..measured.identification import identify as identify_scene
     from ..measured.reading import load_recordings
     from ..scenefile import load_scene
-    from .progress import bar_on_terminal
+    from .common import bar_on_terminal
 
     check_outputs(options["json_to"], options["scene_out"], picture=options["plot"])
     if not 0.0 < options["level"] < 1.0:
@@ -90,7 +88,7 @@ def _write(found: Any, scene: Any, options: dict[str, Any]) -> None:
         save_scene(options["scene_out"], replace(scene, contacts=found.scene.contacts))
     if options["plot"] is not None:
         from ..view.plots.canvas import save_figure
-        from ..view.plots.identified import identified_figure
+        from ..view.plots.results import identified_figure
 
         save_figure(identified_figure(found), options["plot"])
     if as_text:

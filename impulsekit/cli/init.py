@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import click
 
-__all__ = ["init"]
-
 FIRST_SCENE = """\
 # A first scene: a robot arm is struck on its flange.
 #   impulsekit solve {name}                     velocities, joint loads, energy

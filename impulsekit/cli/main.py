@@ -12,19 +12,15 @@ from .. import __version__
 from ..errors import AssumptionWarning, ImpulsekitError, SetupWarning, shown
 from ..files import reason_of
 from .batch import batch
+from .common import BAD_INPUT, INTERRUPTED, OWN_FAULT
 from .design import design
 from .doctor import doctor
-from .exits import BAD_INPUT, INTERRUPTED, OWN_FAULT
 from .fit import fit
 from .identify import identify
 from .init import init
-from .inspect import inspect
-from .replay import replay
-from .robots import robots
-from .simulate import simulate
+from .robots import inspect, robots
+from .simulate import replay, simulate
 from .solve import solve
-
-__all__ = ["main"]
 
 # The commands of the help text, by purpose; each command is in one of the groups.
 SECTIONS = {

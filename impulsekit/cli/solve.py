@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .outputs import check_outputs, json_option, write_json
+from .common import check_outputs, json_option, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..scene.points import ReportPoint
     from ..scenefile import SceneFile
-
-__all__ = ["solve"]
 
 
 @click.command()
@@ -55,7 +53,7 @@ def solve(
 
         overview(impact, plot)
     if html is not None:
-        from .replay import write_page
+        from .simulate import write_page
 
         write_page(impact, html, points=scene_file.points)
     agrees = True
@@ -79,7 +77,7 @@ def show_report(impact: Impact, points: Sequence[ReportPoint], form: str = "text
     import sys
 
     from ..view.report import report, report_blocks
-    from .progress import is_terminal
+    from .common import is_terminal
 
     if form == "text" and is_terminal(sys.stdout):
         from rich.console import Console

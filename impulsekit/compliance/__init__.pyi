@@ -4,9 +4,9 @@ from .curves import MeasuredCurve as MeasuredCurve
 from .curves import PowerCurve as PowerCurve
 from .history import ForceHistory as ForceHistory
 from .history import force_history as force_history
-from .limits import ISO_TS_15066 as ISO_TS_15066
-from .limits import BodyRegion as BodyRegion
 from .peaks import PeakForces as PeakForces
 from .peaks import peak_forces as peak_forces
+from .transient import ISO_TS_15066 as ISO_TS_15066
+from .transient import BodyRegion as BodyRegion
 from .transient import TransientContact as TransientContact
 from .transient import transient_contact as transient_contact

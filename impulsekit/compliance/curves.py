@@ -12,8 +12,6 @@ from ..errors import InputError, RangeError, ShapeError, quoted
 from ..scene.numbers import between, keep, number, positive
 from ..tolerances import EPS
 
-__all__ = ["Curve", "Hertz", "HuntCrossley", "MeasuredCurve", "PowerCurve"]
-
 # Forces at the ends of a piece that differ by less than this share are equal: the piece has no
 # slope, and its time is that under a constant force.
 SAME = 1e-9

@@ -19,13 +19,10 @@ from ..robot.arrays import lock, read_only
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
-from .phases import Elastic, Phases, Sample, phases_of
-from .viscous import Viscous
+from .viscous import Elastic, Phases, Sample, Viscous, phases_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-__all__ = ["ForceHistory", "checked_curve", "force_history", "way_of"]
 
 # A time after the end by less than this share of the duration is the end; absolute and relative
 # error of the fraction at which a time is reached.

@@ -15,15 +15,12 @@ from ..scene import Scene
 from ..scene.contacts import turns
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
 from .history import checked_curve, way_of
-from .phases import FASTEST, phases_of
-from .viscous import viscous_peaks
+from .viscous import FASTEST, phases_of, viscous_peaks
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..batch.result import ImpactBatch
-
-__all__ = ["PeakForces", "peak_forces"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,6 +1,3 @@
-from .ellipsoid import ImpactEllipsoid as ImpactEllipsoid
-from .ellipsoid import effective_mass as effective_mass
-from .ellipsoid import impact_ellipsoid as impact_ellipsoid
 from .fit import Fit as Fit
 from .fit import Measurement as Measurement
 from .fit import fit_impacts as fit_impacts
@@ -9,13 +6,16 @@ from .invariant import impact_invariant as impact_invariant
 from .least_blow import LeastBlow as LeastBlow
 from .least_blow import least_blow as least_blow
 from .parameters import INERTIA_PARAMETERS as INERTIA_PARAMETERS
-from .pictures import plot_effective_mass as plot_effective_mass
-from .pictures import plot_sparing as plot_sparing
+from .response import ImpactEllipsoid as ImpactEllipsoid
+from .response import effective_mass as effective_mass
+from .response import impact_ellipsoid as impact_ellipsoid
 from .sparing import SparedJoint as SparedJoint
 from .sparing import WorstBlow as WorstBlow
 from .sparing import centre_of_percussion as centre_of_percussion
 from .sparing import reaction_map as reaction_map
 from .sparing import spare_joint as spare_joint
 from .sparing import worst_blow as worst_blow
+from .summary import plot_effective_mass as plot_effective_mass
+from .summary import plot_sparing as plot_sparing
 from .worst_case import WorstImpact as WorstImpact
 from .worst_case import worst_impact as worst_impact

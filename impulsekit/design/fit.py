@@ -24,21 +24,21 @@ from ..errors import (
 from ..robot.arrays import array_of, floats, lock
 from ..scene import Scene
 from ..tolerances import NONZERO
-from .doubts import (
+from .fit_result import (
+    ROBUST,
+    UNSEEN,
+    Fit,
+    block_weights,
     bounds_reached,
     is_misfit,
     not_seen,
     outliers,
     spread_of_measurements,
+    whitening,
     widened,
 )
-from .fit_result import UNSEEN, Fit
-from .measurement import Measurement
-from .parameters import INERTIA_PARAMETERS, groups_of, parameters_of
+from .parameters import Measurement, groups_of, parameters_of
 from .solved import SolvedImpacts
-from .weights import ROBUST, block_weights, whitening
-
-__all__ = ["INERTIA_PARAMETERS", "Fit", "Measurement", "fit_impacts"]
 
 # A start this far inside its bounds: at a bound the solver could not take a first step.
 INSIDE = 1e-6

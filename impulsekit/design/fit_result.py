@@ -1,7 +1,8 @@
-"""``Fit``: fitted coefficients with their uncertainty."""
+"""``Fit``: fitted coefficients with their uncertainty, weights of impacts, and what to doubt."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,139 @@ from ..display import Displayed, one_line
 from ..errors import RangeError, UnknownNameError
 from ..tolerances import NONZERO
 
-__all__ = ["UNSEEN", "Fit"]
+# The spread of residuals that are all the same.
+LEAST_SPREAD = 1e-6
+
+# Ways to weigh measurements that are off the others.
+ROBUST = ("none", "huber", "biweight")
+# Beyond these multiples of what is typical a measurement counts less; beyond the last not at all
+# (95 % efficiency for normal noise: Huber 1964; Beaton & Tukey 1974).
+HUBER, BIWEIGHT = 1.345, 4.685
+# Variances below this share of the largest are of directions without noise.
+NOISELESS = 1e-12
+
+
+def whitening(covariance: np.ndarray) -> np.ndarray:
+    """(n, n) W with WᵀW = C⁻¹ of a covariance, its smallest variances raised to be of use."""
+    values, axes = np.linalg.eigh(covariance)
+    values = np.maximum(values, NOISELESS * values[-1])
+    return np.asarray(axes.T / np.sqrt(values)[:, None])
+
+
+def block_weights(kind: str, blocks: Sequence[np.ndarray]) -> np.ndarray:
+    """(M,) weights, 0 to 1, of measurements by the size of their residuals.
+
+    Args:
+        kind: one of ``ROBUST``.
+        blocks: by measurement, its residuals over their noise.
+    """
+    sizes = np.array([np.sqrt(own @ own / max(len(own), 1)) for own in blocks])
+    typical = float(np.median(sizes))
+    if kind == "none" or not typical > 0.0:
+        return np.ones(len(sizes))
+    # A size is of several numbers, so about 1 and never negative: what counts is its excess.
+    excess = np.maximum(sizes / typical - 1.0, 0.0)
+    spread = max(1.4826 * float(np.median(np.abs(sizes / typical - 1.0))), LEAST_SPREAD)
+    if kind == "huber":
+        return np.minimum(1.0, HUBER * spread / np.maximum(excess, NONZERO))
+    return np.asarray(np.clip(1.0 - (excess / (BIWEIGHT * spread)) ** 2, 0.0, 1.0) ** 2)
+
+
+# Probability that noise of the given sigma leaves residuals as large: one fit in 10 000.
+MISFIT = 1e-4
+# A measurement is off the others where its residuals are, in the root mean square, so many times
+# the median of all; of normal noise one in 10^6 is.
+OFF = 6.0
+# So many measurements at least tell what is typical; below this [m/s, or sigmas] all is rounding.
+FEWEST, EXACT = 5, 1e-9
+# So many measurements more than parameters tell how far measurements differ.
+FEWEST_TO_SPREAD = 3
+# Squares of singular values below this share of the largest are of what is not seen.
+SINGULAR = 1e-18
+# A parameter this near to its bound [relative] has reached it.
+AT_BOUND = 1e-9
+
+
+def not_seen(names: Sequence[str], covariance: np.ndarray) -> list[str]:
+    """Parameters on which no measurement depends."""
+    return [
+        f"{name} is not determined: no measured velocity depends on it where the fit ends"
+        + (" (no contact slides)" if name.endswith("friction") else "")
+        for name, variance in zip(names, np.diagonal(covariance), strict=True)
+        if not np.isfinite(variance)
+    ]
+
+
+def bounds_reached(
+    names: Sequence[str], values: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> list[str]:
+    """Parameters that end at a bound."""
+    found = []
+    for name, value, *ends in zip(names, values, low, high, strict=True):
+        for end in ends:
+            if np.isfinite(end) and abs(value - end) <= AT_BOUND * max(abs(end), 1.0):
+                found.append(
+                    f"{name} reaches its bound {end:g}: the measurements ask for more than the law "
+                    "allows, or for none of it"
+                )
+    return found
+
+
+def is_misfit(residual: np.ndarray, freedom: int) -> bool:
+    """Whether residuals over sigma are larger than noise of that sigma leaves (χ² test)."""
+    from scipy import stats
+
+    return freedom > 0 and bool(stats.chi2.sf(float(residual @ residual), freedom) < MISFIT)
+
+
+def outliers(residual: np.ndarray, counts: Sequence[int]) -> list[str]:
+    """Measurements whose residuals are far above those of the others.
+
+    Args:
+        residual: (N,) of all measured numbers.
+        counts: how many of them each measurement has.
+    """
+    parts = np.split(residual, np.cumsum(counts)[:-1])
+    sizes = np.array([np.sqrt(part @ part / len(part)) if len(part) else 0.0 for part in parts])
+    typical = float(np.median(sizes))
+    if len(sizes) < FEWEST or sizes.max() < EXACT:
+        return []
+    return [
+        f"measurements[{i}] is off by {sizes[i] / max(typical, EXACT):.3g} times what half of all "
+        "leave; fit without it and see"
+        for i in np.flatnonzero(sizes > OFF * max(typical, EXACT)).tolist()
+    ]
+
+
+def spread_of_measurements(
+    jacobian: np.ndarray, residual: np.ndarray, counts: Sequence[int]
+) -> np.ndarray:
+    """(P,) standard deviations by how much each measurement pulls: they hold whatever the noise.
+
+    The jackknife of least squares (MacKinnon & White 1985; Bell & McCaffrey 2002): noise of v⁻
+    goes through the impact, so that the numbers of one measurement are off together. 0 where
+    measurements are too few to tell.
+    """
+    count = len(counts)
+    if count < jacobian.shape[1] + FEWEST_TO_SPREAD:
+        return np.zeros(jacobian.shape[1])
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, rcond=SINGULAR, hermitian=True)
+    ends = np.cumsum(counts)[:-1]
+    pulls = []
+    for rows, left in zip(np.split(jacobian, ends), np.split(residual, ends), strict=True):
+        own = np.eye(len(left)) - rows @ inverse @ rows.T
+        pulls.append(inverse @ rows.T @ np.linalg.pinv(own, hermitian=True) @ left)
+    return np.sqrt((count - 1) / count * np.square(pulls).sum(axis=0))
+
+
+def widened(covariance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """The covariance with standard deviations of no less than these."""
+    own = np.sqrt(np.diagonal(covariance))
+    factor = np.ones_like(own)
+    wider = sigma > own
+    factor[wider & (own > 0.0)] = sigma[wider & (own > 0.0)] / own[wider & (own > 0.0)]
+    return covariance * np.outer(factor, factor)
+
 
 # A parameter on which v⁺ depends less than this, relative to the most telling one, is not seen.
 UNSEEN = 1e-9

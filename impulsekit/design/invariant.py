@@ -18,8 +18,6 @@ from .response import Response
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["ImpactInvariant", "impact_invariant"]
-
 # Singular values below this share of the largest belong to directions that no impulse moves.
 NOTHING = 1e-10
 

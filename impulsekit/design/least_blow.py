@@ -12,13 +12,10 @@ from ..errors import InputError, NotFiniteError, ShapeError
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..scene import AppliedImpulse, Scene
-from .ellipsoid import IMMOBILE
-from .response import Response
+from .response import IMMOBILE, Response
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-__all__ = ["LeastBlow", "least_blow"]
 
 RANK = 1e-10
 

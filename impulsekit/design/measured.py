@@ -27,8 +27,6 @@ from .fit import Measurement
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["load_measurements"]
-
 PARTS = ("q", "before", "after")
 _COLUMN = re.compile(r"(q|before|after)\.(.+?)(?:\[(\d+)\])?$")
 LARGEST = 100_000_000

@@ -2,20 +2,214 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
 
+from ..batch.solve import solve_batch
+from ..errors import InputError
 from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
-from ..scene import Scene
-from .batched import BatchedImpacts, is_batch
-from .differences import has_functions, slopes_by_differences
-from .measurement import Measurement
-from .parameters import Parameter, column_of, scene_of
+from ..scene import GapConstraint, GapContact, Scene
+from ..tolerances import NONZERO
+from .parameters import Measurement, Parameter, changed_scene, column_of, scene_of
 
-__all__ = ["SolvedImpacts"]
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+# Below so many impacts a scene, one by one takes less than a compilation, with exact derivatives.
+FEWEST_FOR_BATCH = 24
+# The same where each impact has a point, and so a scene and a plan, of its own.
+FEWEST_WITH_POINTS = 6
+# Step of central differences [of a coefficient]: truncation 1e-10, rounding 1e-10 of the speed.
+COEFFICIENT_STEP = 1e-5
+# Derivatives below this share of the largest speed are rounding of differences.
+NO_SLOPE = 1e-8
+
+
+def is_batch(measurements: Sequence[Measurement]) -> bool:
+    """Whether so many impacts share a scene that batches are faster than one by one."""
+    fewest = FEWEST_WITH_POINTS if any(m.points for m in measurements) else FEWEST_FOR_BATCH
+    return len(measurements) >= fewest * len({id(m.scene) for m in measurements})
+
+
+class BatchedImpacts:
+    """Measurements by scene, each solved as one batch at several values of the unknowns.
+
+    Args:
+        measurements: all of them.
+        parameters: coefficients of contacts; none of an inertia.
+    """
+
+    def __init__(
+        self, measurements: Sequence[Measurement], parameters: Sequence[Parameter]
+    ) -> None:
+        self._parameters, self._count = parameters, len(measurements)
+        # Numbers vary by row; tables of e by speed need a scene for each value, and group.
+        self._tables = any(each.speeds for each in parameters)
+        parts: dict[Any, list[int]] = {}
+        for k, m in enumerate(measurements):
+            group = m.group if self._tables else None
+            parts.setdefault((id(m.scene), group, tuple(sorted(m.points))), []).append(k)
+        self._parts = []
+        for (*_, names), rows in parts.items():
+            own = [measurements[k] for k in rows]
+            points = {name: np.array([m.points[name] for m in own], float) for name in names}
+            q = np.array([m.q for m in own], dtype=float)
+            v = np.array([m.v_before for m in own], dtype=float)
+            groups = np.array([m.group for m in own], dtype=object)
+            self._parts.append((own[0].scene, groups, np.array(rows), q, v, points))
+
+    def v_after(self, x: np.ndarray) -> list[np.ndarray]:
+        """(M,) of (nv,).
+
+        Raises:
+            InputError: an impact that has no valid solution.
+        """
+        return self._solved(x[None])[0]
+
+    def _solved(self, several: np.ndarray) -> list[list[np.ndarray]]:
+        """v⁺ at each of (K, P) values: K lists of (M,) of (nv,)."""
+        found = [[np.empty(0)] * self._count for _ in several]
+        for scene, groups, rows, q, v, points in self._parts:
+            if self._tables:
+                changed = [changed_scene(scene, self._parameters, x, groups[0]) for x in several]
+                batches = [solve_batch(each, q, v, points=points or None) for each in changed]
+                after = np.array([batch.v_after for batch in batches])
+                status = np.array([batch.status for batch in batches])
+            else:
+                count = len(several)
+                coefficients = self._coefficients(scene, groups, several)
+                batch = solve_batch(
+                    scene, np.tile(q, (count, 1)), np.tile(v, (count, 1)),
+                    points={name: np.tile(own, (count, 1)) for name, own in points.items()} or None,
+                    restitution=coefficients["restitution"] or None,
+                    friction=coefficients["friction"] or None,
+                )  # fmt: skip
+                after = batch.v_after.reshape(count, len(rows), -1)
+                status = np.array(batch.status).reshape(count, len(rows))
+            bad = np.argwhere(~np.isfinite(after).all(axis=2))
+            if len(bad):
+                at, row = bad[0]
+                raise InputError(f"measurements[{rows[row]}]: no valid impact, {status[at, row]}")
+            for own, values in zip(found, after, strict=True):
+                for k, each in zip(rows.tolist(), values, strict=True):
+                    own[k] = each
+        return found
+
+    def _coefficients(
+        self, scene: Scene, groups: np.ndarray, several: np.ndarray
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """By kind and contact, (K · rows,) coefficients at each of (K, P) values."""
+        found: dict[str, dict[str, np.ndarray]] = {"restitution": {}, "friction": {}}
+        entries = dict(zip(scene.entry_names("contacts"), scene.contacts, strict=True))
+        for parameter, values in zip(self._parameters, several.T, strict=True):
+            chosen = np.ones(len(groups), dtype=bool)
+            if parameter.group is not None:
+                chosen = groups == parameter.group
+            for name in parameter.contacts:
+                own = getattr(entries.get(name), parameter.kind, None)
+                if own is None:
+                    continue
+                if name not in found[parameter.kind]:
+                    found[parameter.kind][name] = np.full((len(several), len(groups)), own)
+                found[parameter.kind][name][:, chosen] = values[:, None]
+        return {
+            kind: {name: own.reshape(-1) for name, own in by_name.items()}
+            for kind, by_name in found.items()
+        }
+
+    def __call__(self, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """By measurement: v⁺ (nv,) and its derivatives (nv, P), by differences."""
+        low = np.maximum(x - COEFFICIENT_STEP, [p.low for p in self._parameters])
+        high = np.minimum(x + COEFFICIENT_STEP, [p.high for p in self._parameters])
+        several = np.tile(x, (1 + 2 * len(x), 1))
+        for i in range(len(x)):
+            several[1 + 2 * i, i], several[2 + 2 * i, i] = low[i], high[i]
+        solved = self._solved(several)
+        for k, own in enumerate(solved[0]):
+            slopes = np.array(
+                [
+                    (solved[2 + 2 * i][k] - solved[1 + 2 * i][k]) / (high[i] - low[i])
+                    for i in range(len(x))
+                ]
+            ).T
+            slopes[np.abs(slopes) < NO_SLOPE * max(float(np.abs(own).max()), NONZERO)] = 0.0
+            yield own, slopes
+
+
+def predicted(
+    measurements: Sequence[Measurement], parameters: Sequence[Parameter], x: np.ndarray
+) -> list[np.ndarray]:
+    """(M,) of (nv,) v⁺ at values x (P,) of the unknowns.
+
+    Raises:
+        InputError: an impact that has no valid solution.
+    """
+    if is_batch(measurements):
+        return BatchedImpacts(measurements, parameters).v_after(x)
+    kept: dict[Any, Scene] = {}
+    return [
+        solve_without_warnings(scene_of(m, parameters, x, kept), m.q, m.v_before).v_after
+        for m in measurements
+    ]
+
+
+# Step of central differences [m, rad, m/s, rad/s]: truncation 1e-10 of the speeds, and rounding
+# 1e-10, or 1e-7 where gradients are differences of gaps themselves.
+STEP = 1e-5
+# What touches is held to touch at all states of the differences: gaps are less by this [m, rad],
+# more than the fastest gap changes in a step.
+HELD_TOUCHING = 1.0
+
+
+def has_functions(scene: Scene) -> bool:
+    """Whether rows of a scene are functions of q, whose second derivatives nobody gives."""
+    entries = (*scene.contacts, *scene.constraints)
+    return any(isinstance(entry, GapContact | GapConstraint) for entry in entries)
+
+
+@dataclass(frozen=True)
+class _Lowered:
+    """A gap that is less by ``HELD_TOUCHING``: its gradient, and so every impact, is the same."""
+
+    gap: Callable[[Any], Any]
+
+    def __call__(self, q: np.ndarray) -> Any:
+        return np.asarray(self.gap(q), dtype=float) - HELD_TOUCHING
+
+
+def slopes_by_differences(
+    scene: Scene, q: ArrayLike, v: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """∂v⁺/∂q on its tangent and ∂v⁺/∂v⁻, each (nv, nv); what touches at q goes on touching.
+
+    By central differences, which lie between both sides where the mode changes at (q, v).
+    """
+    place, speed = np.array(q, dtype=float), np.array(v, dtype=float)
+    touching = {c.name for c in solve_without_warnings(scene, q, v).contacts if c.touching}
+    contacts = [
+        replace(entry, gap=_Lowered(entry.gap))
+        if isinstance(entry, GapContact) and name in touching
+        else entry
+        for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True)
+    ]
+    held, model = replace(scene, contacts=contacts), scene.robot.model
+
+    def after(way: np.ndarray, faster: np.ndarray) -> np.ndarray:
+        return solve_without_warnings(
+            held, pin.integrate(model, place, way), speed + faster
+        ).v_after
+
+    none, steps = np.zeros(len(speed)), STEP * np.eye(len(speed))
+    by_q = [(after(step, none) - after(-step, none)) / (2 * STEP) for step in steps]
+    by_v = [(after(none, step) - after(none, -step)) / (2 * STEP) for step in steps]
+    return np.array(by_q).T, np.array(by_v).T
+
 
 # Values of the unknowns that are remembered: weights change where a fit has ended, the next one
 # begins there, and a step or two may have been tried behind it.

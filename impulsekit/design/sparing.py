@@ -24,15 +24,6 @@ from .response import Response, unit_vector
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = [
-    "SparedJoint",
-    "WorstBlow",
-    "centre_of_percussion",
-    "reaction_map",
-    "spare_joint",
-    "worst_blow",
-]
-
 # [m] Points nearer than this are one: coordinates of robots are told to micrometres.
 ONE_POINT = 1e-12
 # What a joint bears changes along a line by less than this share of itself: by rounding alone.

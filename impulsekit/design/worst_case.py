@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from ..robot import Robot
 
-__all__ = ["WorstImpact", "worst_impact"]
-
 # [rad] Where the search along a direction ends: the worst case is flat there.
 LEAST_STEP = 1e-4
 # No larger friction is asked about: it holds all.

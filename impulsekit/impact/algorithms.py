@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from ..robot.mass_matrix import crba_of
+from ..robot.masses import crba_of
 from .factor import DenseFactor
 from .known import KnownImpulses
 from .singular import check_pivots, has_uneven_masses

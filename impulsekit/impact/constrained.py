@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from .._core import ImpactPlan, ImpactSolution
 from ..errors import InputError
-from ..robot.mass_matrix import crba_of
+from ..robot.masses import crba_of
 from ..rows.constraints import ConstraintRows
 from ..rows.contacts import Touch
 from ..rows.reach import ReachedModel

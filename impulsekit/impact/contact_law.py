@@ -16,7 +16,7 @@ from .._core import sequence_hits
 from .._core import solve_contacts as core_contacts
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
 from ..laws.status import BY_CODE, Status
-from ..scene.friction import EllipticFriction, StaticKinetic, friction_at
+from ..scene.coefficients import EllipticFriction, StaticKinetic, friction_at
 from ..scene.law import ORDERS, RESTITUTIONS, SLIPS, Law
 
 __all__ = [

@@ -14,8 +14,8 @@ from ..display import OneLine
 from ..robot.arrays import lock, read_only
 from ..robot.placing import Posture
 from ..scene import Contact, JointStop, Rope, Scene
-from ..scene.contact_entry import ContactEntry
-from ..scene.friction import static_friction
+from ..scene.coefficients import static_friction
+from ..scene.entries import ContactEntry
 from .residuals import cancelling_speeds
 from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 

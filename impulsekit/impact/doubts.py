@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..robot import Robot
-from ..robot.limits import outside_limits
-from ..robot.massless import is_always_regular
+from ..robot.masses import is_always_regular
 from ..robot.placing import Posture
+from ..robot.state import outside_limits
 from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse, Rope, Scene
 from .singular import shares_of_inertia
 

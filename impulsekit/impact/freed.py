@@ -19,7 +19,7 @@ import pinocchio as pin
 from ..display import OneLine
 from ..errors import InputError
 from ..robot.arrays import lock
-from ..robot.mass_matrix import symmetric
+from ..robot.masses import symmetric
 from ..scene.numbers import vector
 from .forces import body_impulses
 

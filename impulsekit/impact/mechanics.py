@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..robot.capacity import check_capacity
-from ..robot.mass_matrix import crba_of, symmetric
+from ..robot.masses import crba_of, symmetric
+from ..robot.model_checks import check_capacity
 from ..rows.constraints import ConstraintRows, needs_places
 from ..rows.entries import Site
 from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
-from ..scene.kept import KeptByThread
+from ..scene.scene import KeptByThread
 from .factor import DenseFactor
 from .responses import Responses, responses
 

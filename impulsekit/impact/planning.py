@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..robot.capacity import check_capacity
-from ..robot.massless import is_always_regular
+from ..robot.masses import is_always_regular
+from ..robot.model_checks import check_capacity
 from ..rows.origin import Places
 from ..rows.reach import ReachedModel, reached_model, touched_joints
 from .algorithms import ByAba, ByCrba, ByDenseCholesky, Rescaled

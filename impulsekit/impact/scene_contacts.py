@@ -9,9 +9,8 @@ import numpy as np
 from ..rows.contacts import ContactRows, Touch, ellipse_axis
 from ..rows.reach import ReachedModel
 from ..scene import Scene
+from ..scene.coefficients import is_plain, restitution_at, static_friction
 from ..scene.contacts import turns
-from ..scene.friction import is_plain, static_friction
-from ..scene.restitution import restitution_at
 from .contact_law import FrictionModel, friction_models
 
 __all__ = ["SceneContacts"]

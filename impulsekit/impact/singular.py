@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from ..errors import SingularMassError
 from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT, UNFILLED_ROW, WEIGHTLESS
-from ..robot.mass_matrix import symmetric
+from ..robot.masses import symmetric
 
 if TYPE_CHECKING:
     from ..robot import Robot

@@ -17,7 +17,7 @@ from ..robot.arrays import FLOAT, real_numbers
 from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.at_time import scene_at
-from ..scene.kept import KeptByThread
+from ..scene.scene import KeptByThread
 from .known import KnownImpulses
 from .planning import planned, reached_by
 from .result import Impact

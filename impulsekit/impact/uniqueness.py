@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..scene.restitution import restitution_at
+from ..scene.coefficients import restitution_at
 
 if TYPE_CHECKING:
     from .answer import Answer

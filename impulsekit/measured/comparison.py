@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..design.batched import predicted
 from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
-from ..design.measurement import Measurement
-from ..design.parameters import groups_of, parameters_of
+from ..design.parameters import Measurement, groups_of, parameters_of
+from ..design.solved import predicted
 from ..display import Displayed, one_line
 from ..errors import ImpulsekitError, InputError
 from ..robot.arrays import lock

@@ -1,4 +1,4 @@
-"""What exports of motion capture look like, and what to make of them: told, not guessed."""
+"""CSV tables as loggers and vendors write them: separators, decimal commas, units in names."""
 
 from __future__ import annotations
 

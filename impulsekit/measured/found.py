@@ -1,4 +1,4 @@
-"""Configurations that touch: what noise holds apart is brought to where it closed."""
+"""Impacts found in a recording: when, at which contacts, the states on both sides."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``identify`` found, as text and as plain data."""
+"""``identify``: from recordings to coefficients in one call, with a report."""
 
 from __future__ import annotations
 

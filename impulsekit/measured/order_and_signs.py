@@ -10,8 +10,7 @@ from math import comb
 import numpy as np
 import pinocchio as pin
 
-from ..design.measurement import Measurement
-from ..design.parameters import scene_of
+from ..design.parameters import Measurement, scene_of
 from ..display import OneLine
 from ..errors import InputError
 from ..robot import Robot

@@ -1,4 +1,4 @@
-"""Velocities of recorded configurations: local parabolas in tangent spaces, none over a break."""
+"""``Recording``: configurations over time, from wherever they come."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, a_thing, check_kind, quoted
 from ..robot import state
-from ..robot.capacity import check_capacity
+from ..robot.model_checks import check_capacity
 from ..scene import Contact, Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number

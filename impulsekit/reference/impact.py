@@ -8,13 +8,82 @@ from typing import Any
 
 import numpy as np
 
-from impulsekit.reference import freed
-from impulsekit.reference.arithmetic import Array, closed, read_only
-from impulsekit.reference.body import WORLD
-from impulsekit.reference.kinematics import Kinematics
+from impulsekit.reference import kane
+from impulsekit.reference.arithmetic import Arithmetic, Array, closed, read_only
+from impulsekit.reference.joint import WORLD
+from impulsekit.reference.kinematics import Kinematics, freed_partials
 from impulsekit.reference.tree import Tree
 
-__all__ = ["KaneImpact"]
+
+def joint_directions(at: Kinematics, tree: Tree, body: int) -> Array:
+    """(d, 6) how each own speed of the joint above a body moves it, at its origin.
+
+    Linear before angular, world axes. The rows are orthonormal for every kind of joint.
+    """
+    joint = tree.bodies[body].joint
+    turned = at.rotations[body].T
+    return np.concatenate([joint.linear @ turned, joint.angular @ turned], axis=1)
+
+
+def freed_directions(numbers: Arithmetic, own: Array) -> Array:
+    """(6 − d, 6) an orthonormal set of the directions that are not among ``own`` (d, 6)."""
+    known = [*own]
+    freed: list[Array] = []
+    while len(known) < 6:
+        left = numbers.eye(6)
+        for _ in range(2):  # the second pass removes what rounding left of the first
+            for direction in known:
+                left = left - np.outer(left @ direction, direction)
+        lengths = [row @ row for row in left]
+        best = max(range(6), key=lengths.__getitem__)
+        freed.append(left[best] / numbers.sqrt(lengths[best]))
+        known.append(freed[-1])
+    return np.array(freed, dtype=numbers.dtype).reshape(-1, 6)
+
+
+def reaction(
+    tree: Tree,
+    at: Kinematics,
+    body: int,
+    dy: Array,
+    impulses: Array,
+    couples: Array,
+    own_impulse: Array,
+) -> Array:
+    """The impulsive wrench that the joint above a body gives it.
+
+    Args:
+        body: index of the body below the joint.
+        dy: (n,) Δy of the impact.
+        impulses, couples: (N, 3) all outside impulses on the bodies, at mass centres, those
+            of constraint rows among them.
+        own_impulse: (d,) what acts inside the joint along its own speeds. It is part of the
+            wrench: no constraint impulse lies in these directions.
+
+    Returns:
+        (6,) at the origin of the body's link frame, world axes, linear before angular.
+    """
+    own, speeds = joint_directions(at, tree, body), tree.bodies[body].joint.speeds
+    gear = bool(tree.bodies[body].joint.mimics) or _is_followed(tree, body)
+    if gear:
+        # Joints that move together hold each other along their own motion too: there the
+        # impulse of the gear is unknown like the rest, and every direction is freed.
+        own, own_impulse = own[:0], own_impulse[:0]
+    freed = freed_directions(tree.arithmetic, own)
+    linear, angular = freed_partials(tree, at, body, freed[:, :3], freed[:, 3:])
+    jump_linear, jump_angular = kane.momenta(at, dy)
+    over = ([0, 2], [0, 1])
+    constraint = np.tensordot(linear, jump_linear - impulses, axes=over)
+    constraint = constraint + np.tensordot(angular, jump_angular - couples, axes=over)
+    if len(own) and tree.bodies[body].joint.armature is not None:
+        # The rotor takes its part of what acts along the joint's own speeds.
+        own_impulse = own_impulse - tree.bodies[body].joint.armature * dy[speeds]
+    return freed.T @ constraint + own.T @ own_impulse
+
+
+def _is_followed(tree: Tree, body: int) -> bool:
+    name = tree.bodies[body].joint.name
+    return any(other.joint.mimics == name for other in tree.bodies)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +133,7 @@ class KaneImpact:
     def joint_reaction(self, joint: str) -> Array:
         """The impulsive wrench that the parent link gives the child through a joint.
 
-        Found by freeing the joint (:mod:`impulsekit.reference.freed`).
+        Found by freeing the joint (:mod:`impulsekit.reference.impact`).
 
         Returns:
             (6,) at the joint's origin, world axes, linear (N s) before angular (N m s).
@@ -72,7 +141,7 @@ class KaneImpact:
         tree = self.tree
         body = tree.body_of_joint(joint)
         return closed(
-            freed.reaction(
+            reaction(
                 tree,
                 self._at,
                 body,

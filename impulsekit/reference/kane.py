@@ -16,20 +16,6 @@ from impulsekit.errors import ContradictionError, SingularMassError
 from impulsekit.reference.arithmetic import Arithmetic, Array
 from impulsekit.reference.kinematics import Kinematics, PartialRates, cross
 
-__all__ = [
-    "accelerations",
-    "consistent_solution",
-    "generalized_active_force",
-    "generalized_impulse",
-    "generalized_inertia_force",
-    "generalized_masses",
-    "generalized_momentum",
-    "impulses_of_rows",
-    "momenta",
-    "singular_at",
-    "solve_for_speeds",
-]
-
 
 def generalized_active_force(at: Kinematics, forces: Array, couples: Array) -> Array:
     """F_l = Σ_k v_k^l·F_k + ω_k^l·M_k (Chang & Huston 1995, eqs. 7-10).

@@ -24,8 +24,6 @@ from impulsekit.reference.arithmetic import Array, read_only
 from impulsekit.reference.joint import joint_pose
 from impulsekit.reference.tree import WORLD, Tree
 
-__all__ = ["Kinematics", "PartialRates", "cross", "freed_partials", "kinematics", "partial_rates"]
-
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:

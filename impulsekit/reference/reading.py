@@ -12,11 +12,8 @@ import numpy as np
 from impulsekit.errors import UrdfError
 from impulsekit.reference import rotation
 from impulsekit.reference.arithmetic import Arithmetic, Array
-from impulsekit.reference.body import WORLD, Bodies, Body
-from impulsekit.reference.joint import COORDINATES, SPEEDS, Joint
+from impulsekit.reference.joint import COORDINATES, SPEEDS, WORLD, Bodies, Body, Joint
 from impulsekit.reference.urdf import UrdfJoint, UrdfModel, read_urdf
-
-__all__ = ["bodies_of_urdf"]
 
 ROOT_JOINT = "root_joint"
 """The name of the joint between the world and the root link, a fixed one among them."""

@@ -21,8 +21,6 @@ from impulsekit.reference.kinematics import Kinematics
 from impulsekit.reference.loads import point_on
 from impulsekit.reference.tree import WORLD, Tree
 
-__all__ = ["Rows", "angular_velocity_rows", "point_velocity_rows", "speed_rows"]
-
 
 @dataclass(frozen=True, eq=False)
 class Rows:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from impulsekit.errors import ShapeError
-from impulsekit.reference import actions, kane, loads
+from impulsekit.reference import kane, loads
 from impulsekit.reference.arithmetic import Array, closed
 from impulsekit.reference.impact import KaneImpact
 from impulsekit.reference.kinematics import Kinematics, kinematics, partial_rates
@@ -26,8 +26,6 @@ from impulsekit.reference.rows import (
     speed_rows,
 )
 from impulsekit.reference.tree import Tree
-
-__all__ = ["KaneImpact", "KaneSystem"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +72,7 @@ class KaneSystem(Tree):
         at = self.kinematics(q)
         outside = kane.generalized_impulse(at, *loads.at_mass_centres(self, at, impulses))
         own = self.in_joints(joint_impulses)
-        return closed(outside + actions.on_speeds(self, own))
+        return closed(outside + loads.on_speeds(self, own))
 
     def impact(
         self,
@@ -104,7 +102,7 @@ class KaneSystem(Tree):
         demands = Rows.none(tree) if rows is None else self.checked_rows(rows)
         forces, couples = loads.at_mass_centres(tree, at, impulses)
         own = self.in_joints(joint_impulses)
-        known = kane.generalized_impulse(at, forces, couples) + actions.on_speeds(tree, own)
+        known = kane.generalized_impulse(at, forces, couples) + loads.on_speeds(tree, own)
         masses = kane.generalized_masses(at)
         dy = kane.solve_for_speeds(numbers, masses, known, self._on_singular)
         row_impulses = numbers.zeros(0)
@@ -197,7 +195,7 @@ class KaneSystem(Tree):
         at = self._kinematics_of(checked)
         speeds = self.speeds(y)
         return closed(
-            actions.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
+            loads.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
         )
 
     def accelerations(
@@ -220,7 +218,7 @@ class KaneSystem(Tree):
         """
         checked, speeds = self.configuration(q), self.speeds(y)
         at = self._kinematics_of(checked)
-        active = actions.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
+        active = loads.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
         rates = partial_rates(self, at, speeds)
         return closed(
             kane.accelerations(self.arithmetic, at, rates, speeds, active, self._on_singular)
@@ -240,4 +238,4 @@ class KaneSystem(Tree):
 
         A joint that mimics another may have an impulse or torque of its own as well.
         """
-        return actions.in_joints(self, given)
+        return loads.in_joints(self, given)

@@ -15,11 +15,8 @@ from typing import Any, Self
 
 from impulsekit.errors import RangeError, ShapeError, StateError, UnknownNameError
 from impulsekit.reference.arithmetic import Arithmetic, Array
-from impulsekit.reference.body import WORLD, Bodies, Body
-from impulsekit.reference.joint import COORDINATES, UNIT_TOLERANCE, Joint
+from impulsekit.reference.joint import COORDINATES, UNIT_TOLERANCE, WORLD, Bodies, Body, Joint
 from impulsekit.reference.reading import bodies_of_urdf
-
-__all__ = ["ROOTS", "WORLD", "Body", "Tree"]
 
 ROOTS = ("fixed", "planar", "freeflyer")
 

@@ -16,8 +16,6 @@ from pathlib import Path
 
 from impulsekit.errors import UrdfError
 
-__all__ = ["JOINT_KINDS", "UrdfJoint", "UrdfLink", "UrdfModel", "read_urdf"]
-
 JOINT_KINDS = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating")
 _ZERO = ("0", "0", "0")
 

@@ -39,8 +39,6 @@ from typing import SupportsIndex, TypeAlias
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError
 
-__all__ = ["Number", "StruckChain", "struck_chain", "struck_pendulum"]
-
 Number: TypeAlias = int | float | Fraction | Decimal | str
 """int, Fraction, Decimal, text such as ``"0.1"`` or ``"1/3"``, or float, each taken exactly."""
 

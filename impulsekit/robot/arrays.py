@@ -8,8 +8,6 @@ import numpy as np
 
 from ..errors import NotFiniteError, ShapeError, quoted
 
-__all__ = ["FLOAT", "array_of", "floats", "lock", "read_only", "real_numbers"]
-
 # Arrays of exactly this type are taken as they are.
 FLOAT = np.dtype(float)
 # Kinds of dtype that become floats without a loss: whole numbers, floats, True and False.

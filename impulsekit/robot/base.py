@@ -14,9 +14,7 @@ from .source import RobotPart
 
 if TYPE_CHECKING:
     from .links import Link
-    from .massless import Massless
-
-__all__ = ["WORLD", "WORLD_LINK", "RobotBase"]
+    from .masses import Massless
 
 WORLD = "world"
 # What scenes call a moving link that its file calls "world", which is the fixed frame here.
@@ -79,7 +77,7 @@ class RobotBase(Displayed):
     @cached_property
     def massless_motions(self) -> tuple[Massless, ...]:
         """Each independent motion that moves no mass at any configuration: its joint and link."""
-        from .massless import massless_motions
+        from .masses import massless_motions
 
         return massless_motions(self.model)
 

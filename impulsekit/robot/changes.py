@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -16,91 +16,20 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
-from .added import AddedBody, Changes, Ground
 from .arrays import array_of, floats
-from .source import RobotPart
+from .source import AddedBody, Changes, Ground, RobotPart
 from .stating import RobotStates
 
 if TYPE_CHECKING:
+    from typing import Self
     from xml.etree.ElementTree import Element
 
-
-__all__ = ["with_armature", "with_body", "with_ground", "with_lock", "with_masses"]
+    from numpy.typing import ArrayLike
 
 # A principal moment may exceed the sum of the others by so much of it: rounding.
 TRIANGLE = 1e-9
 
 Kind = TypeVar("Kind", bound=RobotStates)
-
-
-def with_body(
-    robot: Kind,
-    frame: str,
-    *,
-    mass: float,
-    com: Any = (0.0, 0.0, 0.0),
-    inertia: Any = None,
-    name: str | None = None,
-) -> Kind:
-    """See ``Robot.with_body``."""
-    part, own = _part_of_link(robot, frame, "with_body")
-    mass = _number(mass, "with_body: mass", 0.0)
-    centre = tuple(array_of(com, (3,), "with_body: com").tolist())
-    moments = _moments(inertia)
-    given = f"{own}_payload" if name is None else name
-    if not isinstance(given, str) or not given or not given.isprintable():
-        raise InputError(f"with_body: name must be printable text, got {quoted(given)}")
-    whole_name = part.prefix + given
-    if whole_name in robot.frame_names:
-        raise InputError(f'with_body: the robot has a frame "{whole_name}" already; name another')
-    body = AddedBody(own, given, mass, centre, moments)
-    model = pin.Model(robot.model)
-    carrier = robot.frame_id(frame)
-    at = model.frames[carrier]
-    ixx, ixy, ixz, iyy, iyz, izz = moments
-    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    added = pin.Inertia(mass, np.array(centre), tensor)
-    weld = pin.Frame(
-        f"{whole_name}_weld", at.parentJoint, carrier, at.placement, pin.FrameType.FIXED_JOINT
-    )
-    weld_id = model.addFrame(weld, False)
-    kind = pin.FrameType.BODY
-    # Behind the world's own frame no inertia counts.
-    new = pin.Frame(whole_name, at.parentJoint, weld_id, at.placement, kind, added)
-    model.addFrame(new, at.parentJoint > 0)
-    changes = replace(part.changes, bodies=(*part.changes.bodies, body))
-    return _changed(robot, model, part, changes, lambda root: _write_body(root, body))
-
-
-def with_lock(robot: Kind, joints: Any) -> Kind:
-    """See ``Robot.with_lock``."""
-    if isinstance(joints, str):
-        joints = [joints]
-    values = dict(joints) if isinstance(joints, Mapping) else dict.fromkeys(joints, 0.0)
-    ids = []
-    for name, value in values.items():
-        joint_id = robot.joint_id(name, "with_lock")
-        joint = robot.model.joints[joint_id]
-        if joint.nv != 1 or joint.shortname() == "JointModelMimic":
-            raise InputError(
-                f'with_lock: joint "{name}" has {joint.nv} degrees of freedom of its own; one '
-                "that turns or slides can be locked"
-            )
-        values[name] = _number(value, f'with_lock: joint "{name}"')
-        ids.append(joint_id)
-    if any(joint.shortname() == "JointModelMimic" for joint in robot.model.joints):
-        raise InputError(
-            "with_lock: lock joints before their followers follow: read the robot with mimic=False"
-        )
-    model = _reduced(robot.model, ids, robot.configuration(values))
-    for name, value in values.items():
-        part = _part_of(robot, name)
-        own = name.removeprefix(part.prefix)
-        changes = replace(part.changes, locks=(*part.changes.locks, (own, value)))
-        robot = _changed(
-            robot, model, part, changes, functools.partial(_write_lock, name=own, value=value)
-        )
-    return robot
 
 
 def _reduced(model: pin.Model, joints: list[int], q: np.ndarray) -> pin.Model:
@@ -121,33 +50,6 @@ def _key(frame: pin.Frame) -> tuple[str, bool]:
     return frame.name, frame.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
 
 
-def with_armature(robot: Kind, armature: Mapping[str, Any], gear: Mapping[str, float]) -> Kind:
-    """See ``Robot.with_armature``."""
-    if not isinstance(armature, Mapping):
-        raise InputError("with_armature: expected a mapping from joint names to numbers")
-    for name in gear:
-        if name not in armature:
-            raise InputError(f'with_armature: gear names joint "{name}", which armature does not')
-    model = pin.Model(robot.model)
-    whole = np.array(model.armature)
-    for name, value in armature.items():
-        joint = model.joints[robot.joint_id(name, "with_armature")]
-        ratio = _number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
-        what = f'with_armature: "{name}"'
-        each = [value] * joint.nv if np.ndim(value) == 0 else value
-        values = array_of(each, (joint.nv,), what)
-        if (values < 0.0).any():
-            raise RangeError.of(what, float(values.min()), "0 or more")
-        whole[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * values
-        part = _part_of(robot, name)
-        kept = dict(part.changes.armature)
-        kept[name.removeprefix(part.prefix)] = tuple(map(float, ratio * ratio * values))
-        changes = replace(part.changes, armature=tuple(kept.items()))
-        robot = _changed(robot, model, part, changes, None)
-    model.armature = whole
-    return type(robot)(model, robot.parts, robot.name)
-
-
 def with_masses(robot: Kind, model: pin.Model) -> Kind:
     """The robot with the inertias of a model that is its own but for these, and its geometry.
 
@@ -155,31 +57,6 @@ def with_masses(robot: Kind, model: pin.Model) -> Kind:
     """
     parts = [replace(part, urdf=None, geometry=part.urdf or part.geometry) for part in robot.parts]
     return type(robot)(pin.Model(model), parts, robot.name)
-
-
-def with_ground(robot: Kind, height: float, normal: Any, name: str) -> Kind:
-    """See ``Robot.with_ground``."""
-    along = array_of(normal, (3,), "with_ground: normal")
-    length = float(np.linalg.norm(along))
-    if length == 0.0:
-        raise RangeError.of("with_ground: normal", normal, "a direction")
-    if not isinstance(name, str) or not name or not name.isprintable():
-        raise InputError(f"with_ground: name must be printable text, got {quoted(name)}")
-    part = robot.parts[0]
-    own = name.removeprefix(part.prefix)
-    if any(ground.name == own for ground in part.changes.grounds):
-        raise InputError(f'with_ground: there is a ground "{name}" already; name another')
-    height = _number(height, "with_ground: height")
-    unit = along / length
-    if part.placement is not None:
-        # The plane is kept in the coordinates of the part, which moves it along.
-        placed = pin.SE3(np.array(part.placement))
-        height -= float(unit @ placed.translation)
-        unit = placed.rotation.T @ unit
-    x, y, z = unit.tolist()
-    ground = Ground(own, (x, y, z), height)
-    changes = replace(part.changes, grounds=(*part.changes.grounds, ground))
-    return _changed(robot, pin.Model(robot.model), part, changes, None)
 
 
 def _changed(
@@ -294,3 +171,207 @@ def _moments(inertia: Any) -> tuple[float, ...]:
             "one below zero or above the sum of the others"
         )
     return tuple(float(array[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+
+
+class RobotBuilding(RobotStates):
+    """What is built on a robot; none of it changes the robot itself."""
+
+    def with_body(
+        self,
+        frame: str,
+        *,
+        mass: float,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> Self:
+        """A robot with a body welded to a link: a payload, a tool, a sensor.
+
+        The same as another link behind a fixed joint in the URDF. It can be named in scenes,
+        is checked, reported and written to scene files.
+
+        Args:
+            frame: the link that carries it.
+            mass: [kg], 0 or more.
+            com: (3,) mass centre in ``frame`` [m].
+            inertia: about the mass centre, in the axes of ``frame`` [kg m²]: (3, 3), (6,) as
+                ixx, ixy, ixz, iyy, iyz, izz, or (3,) principal moments; None for a point mass.
+            name: of the new link; by default the frame's name and "_payload".
+
+        Raises:
+            UnknownNameError, InputError: no such link, or the name is taken.
+            RangeError, ShapeError, NotFiniteError: of the numbers.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> arm = Robot.from_example("panda")
+            >>> round(arm.with_body("panda_hand", mass=2.0, com=[0, 0, 0.1]).mass - arm.mass, 9)
+            2.0
+        """
+        part, own = _part_of_link(self, frame, "with_body")
+        mass = _number(mass, "with_body: mass", 0.0)
+        centre = tuple(array_of(com, (3,), "with_body: com").tolist())
+        moments = _moments(inertia)
+        given = f"{own}_payload" if name is None else name
+        if not isinstance(given, str) or not given or not given.isprintable():
+            raise InputError(f"with_body: name must be printable text, got {quoted(given)}")
+        whole_name = part.prefix + given
+        if whole_name in self.frame_names:
+            raise InputError(
+                f'with_body: the robot has a frame "{whole_name}" already; name another'
+            )
+        body = AddedBody(own, given, mass, centre, moments)
+        model = pin.Model(self.model)
+        carrier = self.frame_id(frame)
+        at = model.frames[carrier]
+        ixx, ixy, ixz, iyy, iyz, izz = moments
+        tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        added = pin.Inertia(mass, np.array(centre), tensor)
+        weld = pin.Frame(
+            f"{whole_name}_weld", at.parentJoint, carrier, at.placement, pin.FrameType.FIXED_JOINT
+        )
+        weld_id = model.addFrame(weld, False)
+        kind = pin.FrameType.BODY
+        # Behind the world's own frame no inertia counts.
+        new = pin.Frame(whole_name, at.parentJoint, weld_id, at.placement, kind, added)
+        model.addFrame(new, at.parentJoint > 0)
+        changes = replace(part.changes, bodies=(*part.changes.bodies, body))
+        return _changed(self, model, part, changes, lambda root: _write_body(root, body))
+
+    def with_lock(self, joints: str | Iterable[str] | Mapping[str, float]) -> Self:
+        """A robot in which joints are fixed: fewer degrees of freedom, the same links.
+
+        Args:
+            joints: names, locked at zero, or a mapping to the values to lock them at [rad, m].
+
+        Raises:
+            UnknownNameError: no such joint.
+            InputError: the joint has several degrees of freedom, or none.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> Robot.from_example("panda").with_lock({"panda_joint4": -1.8}).nv
+            8
+        """
+        if isinstance(joints, str):
+            joints = [joints]
+        values = dict(joints) if isinstance(joints, Mapping) else dict.fromkeys(joints, 0.0)
+        ids = []
+        for name, value in values.items():
+            joint_id = self.joint_id(name, "with_lock")
+            joint = self.model.joints[joint_id]
+            if joint.nv != 1 or joint.shortname() == "JointModelMimic":
+                raise InputError(
+                    f'with_lock: joint "{name}" has {joint.nv} degrees of freedom of its own; one '
+                    "that turns or slides can be locked"
+                )
+            values[name] = _number(value, f'with_lock: joint "{name}"')
+            ids.append(joint_id)
+        if any(joint.shortname() == "JointModelMimic" for joint in self.model.joints):
+            raise InputError(
+                "with_lock: lock joints before their followers follow: read the robot with "
+                "mimic=False"
+            )
+        model = _reduced(self.model, ids, self.configuration(values))
+        robot = self
+        for name, value in values.items():
+            part = _part_of(robot, name)
+            own = name.removeprefix(part.prefix)
+            changes = replace(part.changes, locks=(*part.changes.locks, (own, value)))
+            robot = _changed(
+                robot, model, part, changes, functools.partial(_write_lock, name=own, value=value)
+            )
+        return robot
+
+    def with_armature(
+        self, armature: Mapping[str, ArrayLike], *, gear: Mapping[str, float] | None = None
+    ) -> Self:
+        """A robot with rotor inertia in its joints, which adds to the diagonal of M.
+
+        In geared arms it decides what an impact does: a rotor of inertia J behind a gear of
+        ratio r counts as r² J on the joint's side.
+
+        Args:
+            armature: by joint, the inertia on the joint's side [kg m², kg]; or the rotor's own
+                where ``gear`` names its ratio. One number, or one for each of its speeds.
+            gear: by joint, the gear ratio.
+
+        Raises:
+            UnknownNameError: no such joint.
+            RangeError, ShapeError, NotFiniteError, InputError: of the numbers.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> arm = Robot.from_example("ur5").with_armature(
+            ...     {"elbow_joint": 6e-5}, gear={"elbow_joint": 101})
+            >>> arm.model.armature[2].round(3)
+            np.float64(0.612)
+        """
+        if not isinstance(armature, Mapping):
+            raise InputError("with_armature: expected a mapping from joint names to numbers")
+        gear, robot = gear or {}, self
+        for name in gear:
+            if name not in armature:
+                raise InputError(
+                    f'with_armature: gear names joint "{name}", which armature does not'
+                )
+        model = pin.Model(self.model)
+        whole = np.array(model.armature)
+        for name, value in armature.items():
+            joint = model.joints[self.joint_id(name, "with_armature")]
+            ratio = _number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
+            what = f'with_armature: "{name}"'
+            each = [value] * joint.nv if np.ndim(value) == 0 else value
+            values = array_of(each, (joint.nv,), what)
+            if (values < 0.0).any():
+                raise RangeError.of(what, float(values.min()), "0 or more")
+            whole[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * values
+            part = _part_of(robot, name)
+            kept = dict(part.changes.armature)
+            kept[name.removeprefix(part.prefix)] = tuple(map(float, ratio * ratio * values))
+            changes = replace(part.changes, armature=tuple(kept.items()))
+            robot = _changed(robot, model, part, changes, None)
+        model.armature = whole
+        return type(self)(model, robot.parts, self.name)
+
+    def with_ground(
+        self, height: float = 0.0, *, normal: ArrayLike = (0.0, 0.0, 1.0), name: str = "ground"
+    ) -> Self:
+        """A robot with a plane in its world that ``Collision("ball", "ground")`` can name.
+
+        Args:
+            height: of the plane along the normal, from the world's origin [m].
+            normal: (3,) out of the ground, world axes.
+            name: of the collision geometry. In a combined world the ground belongs to the
+                first robot, whose name stands before it: "arm/ground".
+
+        Raises:
+            InputError, RangeError, ShapeError, NotFiniteError: of the arguments.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> robot = Robot.from_example("solo12", root="freeflyer").with_ground(-0.3)
+            >>> robot.collision_model.geometryObjects[0].name
+            'ground'
+        """
+        along = array_of(normal, (3,), "with_ground: normal")
+        length = float(np.linalg.norm(along))
+        if length == 0.0:
+            raise RangeError.of("with_ground: normal", normal, "a direction")
+        if not isinstance(name, str) or not name or not name.isprintable():
+            raise InputError(f"with_ground: name must be printable text, got {quoted(name)}")
+        part = self.parts[0]
+        own = name.removeprefix(part.prefix)
+        if any(ground.name == own for ground in part.changes.grounds):
+            raise InputError(f'with_ground: there is a ground "{name}" already; name another')
+        height = _number(height, "with_ground: height")
+        unit = along / length
+        if part.placement is not None:
+            # The plane is kept in the coordinates of the part, which moves it along.
+            placed = pin.SE3(np.array(part.placement))
+            height -= float(unit @ placed.translation)
+            unit = placed.rotation.T @ unit
+        x, y, z = unit.tolist()
+        ground = Ground(own, (x, y, z), height)
+        changes = replace(part.changes, grounds=(*part.changes.grounds, ground))
+        return _changed(self, pin.Model(self.model), part, changes, None)

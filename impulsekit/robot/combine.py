@@ -16,8 +16,6 @@ from .robot import Robot
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["combine"]
-
 # Entries of R Rᵀ that differ by more from the unit matrix: numbers written with ten digits pass.
 ORTHONORMAL = 1e-9
 

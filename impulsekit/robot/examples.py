@@ -8,8 +8,6 @@ from xml.etree import ElementTree
 
 from ..errors import MissingExtraError, UnknownNameError, UrdfError
 
-__all__ = ["example_names", "example_path", "example_urdf"]
-
 # Names of the package's own loaders where they differ from the file's stem.
 _LOADER_NAMES = {
     "alexander": "alexander_description/alexander_v1.lowerBodyOnly",

@@ -1,28 +1,61 @@
-"""Collision and visual geometry, built only when somebody looks."""
+"""Collision and visual geometry, built on first access; each mesh is read once."""
 
 from __future__ import annotations
 
 import html
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, UrdfError, shown
-from .meshes import loader_of, mesh_paths
 from .mjcf_shapes import coal_shape
 from .shapes import checked_shapes
-from .urdf import read_urdf
-from .urdf_plain import plain_urdf
+from .urdf import plain_urdf, read_urdf
 
 if TYPE_CHECKING:
     from .base import RobotBase
     from .source import RobotPart
 
-__all__ = ["folders_of_file", "geometry_ids", "geometry_of", "shape_content"]
+Stamp = tuple[str, int, int]
+"""A file, when it was written [ns], and its size."""
+
+_FILENAME = re.compile(r"""filename=(["'])(.*?)\1""")
+_loaders: WeakValueDictionary[frozenset[Stamp], Any] = WeakValueDictionary()
+
+
+def mesh_paths(shapes: Mapping[str, Sequence[str]]) -> set[str]:
+    """The meshes that elements written by ``checked_shapes`` name."""
+    written = (shape for of_link in shapes.values() for shape in of_link)
+    return {html.unescape(path) for shape in written for _, path in _FILENAME.findall(shape)}
+
+
+def loader_of(paths: Iterable[str]) -> Any:
+    """coal's reader of these meshes, which keeps what it has read as long as somebody keeps it.
+
+    Files that were written anew are read anew.
+    """
+    import coal
+
+    stamps = frozenset(stamp for path in paths if (stamp := _stamp(path)) is not None)
+    loader = _loaders.get(stamps)
+    if loader is None:
+        loader = _loaders[stamps] = coal.CachedMeshLoader()
+    return loader
+
+
+def _stamp(path: str) -> Stamp | None:
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return path, found.st_mtime_ns, found.st_size
+
 
 # The attributes of coal's shapes that make them what they are.
 _NUMBERS_OF_SHAPES = {"d", "halfLength", "halfSide", "n", "radii", "radius"}

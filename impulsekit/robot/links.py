@@ -16,8 +16,6 @@ from .arrays import lock
 from .source import RobotPart
 from .urdf import LinkInertial, read_urdf
 
-__all__ = ["Link", "links_of"]
-
 # Masses that differ by less than this share are the same: sums of a model's masses, rounded.
 SAME_MASS = 1e-12
 

@@ -1,24 +1,60 @@
-"""MJCF: MuJoCo compiles the file, and a Pinocchio model is built from its arrays.
-
-Pinocchio's own reader of MJCF takes the first tree of a file only and reads masses and
-defaults of some files otherwise than MuJoCo does; MuJoCo's compiler is what defines MJCF.
-"""
+"""MJCF: MuJoCo compiles the file, and a Pinocchio model is built from its arrays."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..errors import MjcfError, ShapeError, shown
-from .loop import Loop
-from .mjcf_pairs import pairs_of
-from .mjcf_shapes import rotation_of, shapes_of
+from ..errors import MissingExtraError, MjcfError, ShapeError, a_thing, shown
+from ..files import read_text_file, reason_of
+from .mjcf_shapes import pairs_of, rotation_of, shapes_of
 from .model_checks import root_joint
+from .source import Loop
 
-__all__ = ["MjcfRobot", "state_from_mujoco"]
+
+def read_mjcf(source: Any) -> tuple[Any, str | None]:
+    """The ``mujoco.MjModel`` of a file, of MJCF text or as it is, and the path.
+
+    Raises:
+        MjcfError: MuJoCo refuses it; the sentence holds its reason.
+        MissingExtraError: the package mujoco is not installed.
+    """
+    with MissingExtraError.unless("mujoco", "mjcf", "reading MJCF"):
+        import mujoco
+    if isinstance(source, mujoco.MjModel):
+        return source, None
+    if isinstance(source, mujoco.MjSpec):
+        return _compiled(source.compile, "the MjSpec"), None
+    if isinstance(source, str) and source.lstrip().startswith("<"):
+        return _compiled(lambda: mujoco.MjModel.from_xml_string(source), "MJCF text"), None
+    if not isinstance(source, str | os.PathLike):
+        raise MjcfError(
+            f"from_mjcf takes a path, MJCF text or a mujoco.MjModel, got {a_thing(source)}",
+            source="",
+            element="",
+        )
+    path = os.fspath(source)
+    try:
+        read_text_file(path)
+    except (OSError, ValueError) as error:
+        reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
+        raise MjcfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
+    return _compiled(lambda: mujoco.MjModel.from_xml_path(path), path), os.path.abspath(path)
+
+
+def _compiled(compile_it: Any, source: str) -> Any:
+    try:
+        return compile_it()
+    except Exception as error:  # MuJoCo raises ValueError, its FatalError and more
+        reason = " ".join(str(error).split())
+        raise MjcfError(
+            f"{source}: MuJoCo refuses it: {shown(reason, 200)}", source=source, element=""
+        ) from None
+
 
 # Equality constraints of MuJoCo, by number.
 _CONNECT, _WELD, _JOINT = 0, 1, 2

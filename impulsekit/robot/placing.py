@@ -16,9 +16,6 @@ from .state import checked_configuration, checked_velocity
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-
-__all__ = ["FrameVelocity", "Placement", "Posture", "place"]
-
 # How far a planar part may be asked out of its plane [m; as a turn, rad]: frames of robots are
 # placed to some 1e-12, positions measured by hand to no better than 1e-6.
 OUT_OF_PLANE = 1e-6

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import re
 import warnings
 from collections.abc import Iterable
 from dataclasses import replace
@@ -14,13 +16,15 @@ import pinocchio as pin
 from ..errors import (
     AssumptionWarning,
     InputError,
+    MissingExtraError,
     MjcfError,
     UnknownNameError,
     UrdfError,
     a_thing,
+    shown,
     warn_of_assumptions,
 )
-from ..files import path_of
+from ..files import path_of, read_text_file, reason_of
 from .base import RobotBase
 from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
 from .source import RobotPart
@@ -28,7 +32,60 @@ from .source import RobotPart
 if TYPE_CHECKING:
     import mujoco
 
-__all__ = ["RobotReaders"]
+SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf")
+# The outermost element stands behind comments and the XML declaration.
+_ASIDE = re.compile(rb"\s*(<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)", re.DOTALL)
+_ELEMENT = re.compile(rb"\s*<([A-Za-z_][\w.-]*)")
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """The format of a robot's file: "mjcf", "sdf", or else "urdf".
+
+    Raises:
+        UrdfError: it cannot be read.
+    """
+    try:
+        text = read_text_file(path)
+    except (OSError, ValueError) as error:
+        reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
+        raise UrdfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
+    element = outermost(text)
+    if element == "mujoco":
+        return "mjcf"
+    return "sdf" if element in ("sdf", "model", "world") else "urdf"
+
+
+def outermost(text: bytes) -> str:
+    """The name of the outermost element of an XML text; "" where there is none."""
+    text = text.removeprefix(b"\xef\xbb\xbf")
+    while aside := _ASIDE.match(text):
+        text = text[aside.end() :]
+    found = _ELEMENT.match(text)
+    return found.group(1).decode() if found else ""
+
+
+def files_of_description(name: str) -> tuple[str | None, str, list[str]]:
+    """The URDF or else the MJCF of a robot, and the folders of its meshes.
+
+    Raises:
+        As ``Robot.from_description``.
+    """
+    with MissingExtraError.unless(
+        "robot_descriptions", "descriptions", "reading robots by description"
+    ):
+        from robot_descriptions import DESCRIPTIONS
+    if name not in DESCRIPTIONS:
+        raise UnknownNameError.among("robot description", str(name), sorted(DESCRIPTIONS))
+    try:
+        module = importlib.import_module(f"robot_descriptions.{name}")
+    except Exception as error:  # git and the network fail in many ways
+        reason = shown(" ".join(str(error).split()), 200)
+        raise InputError(
+            f'robot description "{name}": its files cannot be fetched: {reason}'
+        ) from None
+    folders = [getattr(module, key) for key in ("PACKAGE_PATH", "REPOSITORY_PATH")
+               if hasattr(module, key)]  # fmt: skip
+    return getattr(module, "URDF_PATH", None), getattr(module, "MJCF_PATH", ""), folders
 
 
 class RobotReaders(RobotBase):
@@ -153,8 +210,7 @@ class RobotReaders(RobotBase):
             >>> Robot.from_mjcf(f"<mujoco><worldbody>{ball}</worldbody></mujoco>").nv
             6
         """
-        from .mjcf import MjcfRobot
-        from .mjcf_files import read_mjcf
+        from .mjcf import MjcfRobot, read_mjcf
 
         if root is not None and root not in ROOTS:
             raise UnknownNameError.among("root", str(root), ROOTS)
@@ -247,7 +303,6 @@ class RobotReaders(RobotBase):
             >>> Robot.from_file("models/four_bar.urdf").nv
             3
         """
-        from .any_file import format_of
 
         path = path_of(path, "the file of a robot")
         written = format_of(path)
@@ -268,7 +323,6 @@ class RobotReaders(RobotBase):
             MissingExtraError: the package is not installed.
             InputError: its files cannot be fetched.
         """
-        from .descriptions import files_of_description
 
         urdf, mjcf, folders = files_of_description(name)
         if urdf is None:

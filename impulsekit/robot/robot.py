@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 
 import pinocchio as pin
 
-from .building import RobotBuilding
+from .changes import RobotBuilding
 from .reading import RobotReaders
 
 if TYPE_CHECKING:
-    from .loop import Loop
-    from .mjcf_pairs import TouchingPair
-
-__all__ = ["Robot"]
+    from .mjcf_shapes import TouchingPair
+    from .source import Loop
 
 
 class Robot(RobotReaders, RobotBuilding):

@@ -2,29 +2,96 @@
 
 SDF places links in the model's frame and joints in their child link's frame; URDF hangs each
 link on its joint. Where the two differ a link without mass stands between.
+
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
+import numpy as np
+import pinocchio as pin
+
 from ..errors import MjcfError, a_thing, shown
 from ..files import read_text_file, reason_of
-from .loop import Loop
-from .sdf_elements import SdfElements, sdf_error
-from .sdf_joints import KINDS, joint_texts
-from .sdf_links import link_text
-from .sdf_loops import gearbox_loop, loop_of
+from .sdf_elements import (
+    KINDS,
+    TWO_HINGES,
+    SdfElements,
+    axis_of,
+    joint_texts,
+    link_text,
+    origin_text,
+    sdf_error,
+)
+from .source import Loop
 from .urdf_repairs import repair_text
 
 if TYPE_CHECKING:
     pass
 
-__all__ = ["SdfModel", "read_sdf"]
+
+def loop_of(model: SdfElements, name: str) -> tuple[Loop, list[str]]:
+    """A joint to a link that hangs elsewhere: frames on both sides, and a constraint."""
+    joint, kind = model.joints[name], model.joints[name].get("type", "")
+    parent, child = model.end_of(name, "parent"), model.end_of(name, "child")
+    if kind in TWO_HINGES:
+        raise model.error(
+            f'joint "{shown(name)}"', "it closes a loop, which a universal joint cannot here"
+        )
+    at = model.pose_of_joint(name)
+    if kind in ("revolute", "continuous", "prismatic"):
+        axis, _, _ = axis_of(model, name, joint.find("axis"), kind, at)
+        at = pin.SE3(at.rotation @ _with_z_along(axis), at.translation)
+    written = []
+    ends = []
+    for tag, link in (("parent", parent), ("child", child)):
+        frame = f"{name}__{tag}"
+        place = at if link == "world" else model.placed[link].actInv(at)
+        written.append(
+            f"<link name={quoteattr(frame)}/><joint name={quoteattr(frame + '_fixed')} "
+            f'type="fixed"><parent link={quoteattr(link)}/><child link={quoteattr(frame)}/>'
+            f"{origin_text(place)}</joint>"
+        )
+        ends.append(frame)
+    none = (0.0, 0.0, 0.0)
+    loop = {"ball": "point", "fixed": "frame", "prismatic": "slide"}.get(kind, "hinge")
+    return Loop(loop, name, ends[1], ends[0], none, none), written
+
+
+def gearbox_loop(model: SdfElements, name: str, joint_to: Mapping[str, str]) -> Loop:
+    """theta_child = -ratio theta_parent, both against the reference body."""
+    joint, element = model.joints[name], f'joint "{shown(name)}"'
+    reference = (joint.findtext("gearbox_reference_body") or "").strip()
+    ratio = model.number_in(joint, "gearbox_ratio", 1.0, element)
+    speeds = []
+    for tag in ("parent", "child"):
+        body = model.end_of(name, tag)
+        between = [
+            (own, 1.0 if model.end_of(own, "child") == body else -1.0)
+            for own in joint_to.values()
+            if {model.end_of(own, "parent"), model.end_of(own, "child")} == {body, reference}
+        ]
+        if not between:
+            raise model.error(
+                element,
+                f'no joint connects "{shown(body)}" and its reference body "{shown(reference)}"',
+            )
+        speeds.append(between[0])
+    (driver, sign_in), (driven, sign_out) = speeds
+    return Loop("coupling", name, driven, driver, ratio=-ratio * sign_in * sign_out)
+
+
+def _with_z_along(axis: np.ndarray) -> np.ndarray:
+    """(3, 3) a rotation whose third column is the axis."""
+    other = np.eye(3)[int(np.argmin(abs(axis)))]
+    x = np.cross(other, axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
 
 
 @dataclass(frozen=True)

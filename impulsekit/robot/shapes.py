@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from .urdf import UrdfText
 
-__all__ = ["checked_shapes", "mesh_path"]
-
 _KINDS = ("box", "cylinder", "sphere", "mesh")
 _SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length")}
 

@@ -1,19 +1,106 @@
-"""Where a robot came from: what is needed to build it, or its geometry, once more."""
+"""Where a robot came from, what was added to it, and the loops that its file closes."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from .added import NONE, Changes
-
 if TYPE_CHECKING:
-    from .loop import Loop
-    from .mjcf_pairs import TouchingPair
-    from .mjcf_shapes import PlainShape
+    from .mjcf_shapes import PlainShape, TouchingPair
 
-__all__ = ["RobotPart"]
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Loop:
+    """An equality constraint of a file.
+
+    Attributes:
+        kind: "point" (a ``PointAnchor``), "frame" (a ``FrameAnchor``), "hinge" (a
+            ``FrameAnchor`` free about z of ``first``), "slide" (one free along z of
+            ``first``), "lock" (a ``JointLock``) or "coupling" (a ``JointCoupling``).
+        name: as in the file.
+        first, second: the frames, or the joints.
+        at, other_at: the points in the frames [m].
+        ratio: of a coupling, v_first = ratio · v_second.
+    """
+
+    kind: str
+    name: str
+    first: str
+    second: str = "world"
+    at: Triple = (0.0, 0.0, 0.0)
+    other_at: Triple | None = None
+    ratio: float = 1.0
+
+    def within(self, prefix: str) -> Loop:
+        """The loop of a part of a combined world, whose names begin with ``prefix``."""
+        if not prefix:
+            return self
+        return replace(
+            self,
+            name=prefix + self.name,
+            first=_within(self.first, prefix),
+            second=_within(self.second, prefix),
+        )
+
+
+def _within(name: str, prefix: str) -> str:
+    return name if name == "world" else prefix + name
+
+
+@dataclass(frozen=True)
+class AddedBody:
+    """A body welded to a frame: a payload, a tool, a sensor.
+
+    Attributes:
+        frame: the link that carries it.
+        name: of the new link.
+        mass: [kg]
+        com: mass centre in ``frame`` [m].
+        inertia: ixx, ixy, ixz, iyy, iyz, izz about the mass centre, axes of ``frame`` [kg m²].
+    """
+
+    frame: str
+    name: str
+    mass: float
+    com: Triple = (0.0, 0.0, 0.0)
+    inertia: tuple[float, ...] = (0.0,) * 6
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A half-space of the world: everything below a plane.
+
+    Attributes:
+        name: of its collision geometry.
+        normal: out of the ground, world axes.
+        height: how far the plane is from the world's origin along the normal [m].
+    """
+
+    name: str = "ground"
+    normal: Triple = (0.0, 0.0, 1.0)
+    height: float = 0.0
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What was added to a part of a robot after it was read, names without its prefix.
+
+    Attributes:
+        text: the URDF as it was read; None where nothing was changed.
+        bodies, locks, armature, grounds: in the order they were added.
+    """
+
+    text: str | None = None
+    bodies: tuple[AddedBody, ...] = ()
+    locks: tuple[tuple[str, float], ...] = ()
+    armature: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    grounds: tuple[Ground, ...] = ()
+
+
+NONE = Changes()
 
 
 @dataclass(frozen=True)

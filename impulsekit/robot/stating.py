@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from .placing import FrameVelocity, Placement
 
-__all__ = ["RobotStates"]
-
 
 class RobotStates(RobotBase):
     """Configurations, velocities, placements."""
@@ -42,7 +40,7 @@ class RobotStates(RobotBase):
             SetupWarning: a named joint is outside its limits, or reads like degrees.
         """
         from . import state
-        from .limits import likely_degrees, outside_limits
+        from .state import likely_degrees, outside_limits
 
         values = {**(by_name or {}), **joints}
         q = state.configuration(self.model, values)

@@ -1,31 +1,217 @@
-"""A URDF is read and checked here before Pinocchio sees it.
-
-Pinocchio's reader is C++: a broken file gets one sentence for all faults there, and some
-take the interpreter down. This check names the element that is wrong, and Pinocchio gets
-only what has passed it.
-"""
+"""A URDF is read and checked here before Pinocchio sees it."""
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
 
 from ..errors import MjcfError, UrdfError, a_thing, shown
 from ..files import read_text_file, reason_of
-from .impossible_inertia import told_if_impossible
-from .urdf_elements import LinkInertial, UrdfJoint, read_joints, read_links
-from .urdf_numbers import checked_name
+from .urdf_elements import MOMENTS, LinkInertial, UrdfJoint, check_tree, read_joints, read_links
+from .urdf_numbers import checked_name, number
 from .urdf_repairs import is_expanded, repair_text, repair_tree, uses_xacro
-from .urdf_rotors import read_rotors
-from .urdf_tree import check_tree
-from .xacro_files import expanded
 
 if TYPE_CHECKING:
     from xml.etree import ElementTree
+    from xml.etree.ElementTree import Element
 
-__all__ = ["LinkInertial", "UrdfText", "parsed_xml", "read_urdf"]
+# A principal moment may exceed the sum of the others by this share of it: files round to few
+# digits.
+EXCESS = 1e-2
+# Links whose largest moment is below this share of the robot's largest are markers and dummies.
+DUMMY = 1e-4
+# So many links are named.
+NAMED = 3
+
+
+def told_if_impossible(links: Mapping[str, LinkInertial]) -> list[str]:
+    """A sentence on the links with a principal moment below zero or above the sum of the others.
+
+    Args:
+        links: the inertia of every link by name.
+    """
+    names, tensors = [], []
+    for name, link in links.items():
+        ixx, ixy, ixz, iyy, iyz, izz = link.moments
+        if ixx or iyy or izz:
+            names.append(name)
+            tensors.append(((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz)))
+    if not names:
+        return []
+    # In units of the largest, whose squares are doubles.
+    entries = np.array(tensors)
+    unit = np.abs(entries).max()
+    moments = np.linalg.eigvalsh(entries / unit)
+    first, second, third = moments.T
+    wrong = (first < -EXCESS * third) | (third > (1.0 + EXCESS) * (first + second))
+    found = np.flatnonzero(wrong & (third > DUMMY * third.max()))
+    if not len(found):
+        return []
+    named = ", ".join(
+        f'"{names[k]}" ({", ".join(f"{unit * one:.3g}" for one in moments[k])} kg m²)'
+        for k in found[:NAMED]
+    )
+    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    return [
+        f"no body has such principal moments of inertia, one below zero or above the sum of the "
+        f"others, as {named}{more}: they are taken as written"
+    ]
+
+
+_INERTIA = ("rotor_inertia", "rotorinertia", "motor_inertia", "motorinertia")
+_RATIO = ("gear_ratio", "gearratio", "mechanicalreduction", "mechanical_reduction")
+
+
+def read_rotors(robot: Element, joints: Sequence[UrdfJoint], source: str) -> Mapping[str, float]:
+    """By joint, what its rotor adds to the diagonal of M: ratio² · inertia [kg m², kg].
+
+    Raises:
+        UrdfError: a number that is none, or below zero.
+    """
+    moving = {joint.name for joint in joints if joint.kind != "fixed"}
+    rotors = {}
+    for transmission in robot.findall("transmission"):
+        joint = transmission.find("joint")
+        name = None if joint is None else joint.get("name")
+        if name not in moving:
+            continue
+        element = f'transmission of joint "{name}"'
+        inertia = _found(transmission, _INERTIA, source, element)
+        if inertia:
+            ratio = _found(transmission, _RATIO, source, element)
+            rotors[str(name)] = inertia * (1.0 if ratio is None else ratio) ** 2
+    return rotors
+
+
+def _found(parent: Element, names: tuple[str, ...], source: str, element: str) -> float | None:
+    for child in parent.iter():
+        tag = child.tag.rpartition("}")[2] if isinstance(child.tag, str) else ""
+        if tag.lower() in names:
+            text = child.get("value", child.text)
+            least = 0.0 if names is _INERTIA else -float("inf")
+            return number((text or "").strip(), source, element, f"<{tag}>", least)
+    return None
+
+
+def plain_urdf(
+    name: str,
+    links: Mapping[str, LinkInertial],
+    joints: Sequence[UrdfJoint],
+    shapes: Mapping[str, Sequence[str]] | None = None,
+) -> str:
+    """The URDF of links and joints.
+
+    Args:
+        name: the robot's name.
+        links: inertia by name.
+        joints: the joints.
+        shapes: by link, checked XML of its <visual> and <collision> elements.
+    """
+    shapes = shapes or {}
+    text = [f"<robot name={quoteattr(name)}>"]
+    for link, inertial in links.items():
+        text.append(f"<link name={quoteattr(link)}>{_inertial(inertial)}")
+        text += shapes.get(link, ())
+        text.append("</link>")
+    text += map(_joint, joints)
+    return "".join([*text, "</robot>"])
+
+
+def _inertial(inertial: LinkInertial) -> str:
+    if inertial.mass == 0.0 and not any(inertial.moments):
+        return ""
+    moments = " ".join(
+        f'{key}="{moment!r}"' for key, moment in zip(MOMENTS, inertial.moments, strict=True)
+    )
+    origin = _origin(inertial.com, inertial.rpy)
+    return f'<inertial>{origin}<mass value="{inertial.mass!r}"/><inertia {moments}/></inertial>'
+
+
+def _joint(joint: UrdfJoint) -> str:
+    text = [
+        f'<joint name={quoteattr(joint.name)} type="{joint.kind}">',
+        f"<parent link={quoteattr(joint.parent)}/><child link={quoteattr(joint.child)}/>",
+        _origin(joint.xyz, joint.rpy),
+    ]
+    if joint.axis is not None:
+        text.append(f'<axis xyz="{_listed(joint.axis)}"/>')
+    if joint.limit is not None:
+        text.append(_element("limit", vars(joint.limit)))
+    if joint.dynamics is not None:
+        damping, friction = joint.dynamics
+        text.append(_element("dynamics", {"damping": damping, "friction": friction}))
+    if joint.mimic is not None:
+        leader, own = quoteattr(joint.mimic.leader), joint.mimic
+        text.append(
+            f'<mimic joint={leader} multiplier="{own.multiplier!r}" offset="{own.offset!r}"/>'
+        )
+    return "".join([*text, "</joint>"])
+
+
+def _element(tag: str, values: Mapping[str, float]) -> str:
+    return f"<{tag} " + " ".join(f'{key}="{value!r}"' for key, value in values.items()) + "/>"
+
+
+def _origin(xyz: Iterable[float], rpy: Iterable[float]) -> str:
+    return f'<origin xyz="{_listed(xyz)}" rpy="{_listed(rpy)}"/>'
+
+
+def _listed(numbers: Iterable[float]) -> str:
+    return " ".join(map(repr, numbers))
+
+
+HINT = "expand it first: xacro FILE > robot.urdf"
+
+
+def expanded(text: str, path: str | None) -> str:
+    """The URDF that a xacro file stands for.
+
+    xacro evaluates the expressions in the file, so expand files from sources you trust only.
+
+    Args:
+        text: the file's text.
+        path: where it lies; files that it includes are looked for from there.
+
+    Raises:
+        UrdfError: xacro is not installed, or refuses the file; the sentence says why.
+    """
+    source = path or "URDF text"
+    try:
+        import xacro
+    except ImportError:
+        raise UrdfError(
+            f"{source}: it is a xacro file, whose macros are not expanded; {HINT}, or "
+            'pip install "impulsekit[xacro]"',
+            source=source,
+            element="xacro",
+        ) from None
+    said = io.StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(said):
+            if path is not None:
+                return xacro.process_file(path).toxml()
+            with tempfile.TemporaryDirectory() as folder:
+                own = os.path.join(folder, "robot.xacro")
+                with open(own, "w", encoding="utf-8") as file:
+                    file.write(text)
+                return xacro.process_file(own).toxml()
+    except (Exception, SystemExit) as error:  # xacro has no error class of its own for all
+        lines = [line for line in (str(error) or said.getvalue()).splitlines() if line.strip()]
+        reason = shown(lines[0], 200) if lines else type(error).__name__
+        raise UrdfError(
+            f"{source}: xacro cannot expand it: {reason}; {HINT}",
+            source=source,
+            element="xacro",
+        ) from None
+
 
 # Elements within elements: a URDF has five levels.
 DEEPEST_ELEMENT = 200
@@ -63,7 +249,6 @@ class UrdfText:
     @property
     def plain(self) -> str:
         """What Pinocchio gets to read: links and joints, without geometry."""
-        from .urdf_plain import plain_urdf
 
         return plain_urdf(self.name, self.inertials, self.joints)
 

@@ -7,8 +7,6 @@ import re
 
 from ..errors import UrdfError, shown
 
-__all__ = ["are_numbers", "checked_name", "fault", "listed", "number", "numbers"]
-
 # Beyond this the squares of lengths and masses would overflow.
 LARGEST = 1e100
 # How many names one sentence lists.

@@ -16,8 +16,8 @@ from ..geometry.axes import contact_axes
 from ..geometry.gaps import AT_STOP, before_limit, is_closed
 from ..robot import Robot
 from ..scene import Collision, Contact, GapContact, JointStop, Rope, Scene
+from ..scene.coefficients import EllipticFriction
 from ..scene.contacts import turns
-from ..scene.friction import EllipticFriction
 from .ellipses import axis_in_plane, ellipse_of
 from .entries import FunctionRows, frame_pair, joint_rows
 from .faint import cleared, farthest, rows_at, turning_rows

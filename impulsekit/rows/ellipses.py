@@ -10,7 +10,7 @@ import pinocchio as pin
 from ..errors import InputError
 from ..robot import Robot
 from ..scene import Collision, Contact
-from ..scene.friction import EllipticFriction, units_of_ellipse
+from ..scene.coefficients import EllipticFriction, units_of_ellipse
 from .reach import ReachedModel
 
 __all__ = ["Ellipse", "axis_in_plane", "ellipse_of", "ways_of_ellipse"]

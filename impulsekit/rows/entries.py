@@ -32,7 +32,7 @@ from ..scene import (
     Rope,
 )
 from ..scene.constraints import DIRECTIONS
-from ..scene.function_rows import FunctionRows
+from ..scene.gap_functions import FunctionRows
 
 __all__ = [
     "FramePair",

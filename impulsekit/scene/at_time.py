@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .constraint_entry import Constraint
 from .constraints import JointLock
 from .driven import Driven
+from .entries import Constraint
 from .functions import call, numbers_from
 from .scene import Scene
-
-__all__ = ["at_rest", "is_driven", "scene_at", "velocity_at"]
 
 
 def is_driven(constraint: Any) -> bool:

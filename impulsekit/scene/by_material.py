@@ -5,15 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-__all__ = [
-    "BY_MATERIAL",
-    "ByTable",
-    "as_given",
-    "asks_for_materials",
-    "is_by_material",
-    "keep_table",
-]
-
 # Of each coefficient that a table gave: its name, what the user gave, and the table's number.
 ByTable = tuple[tuple[str, Any, Any], ...]
 # What a contact gives instead of a coefficient that the table of pairs has.

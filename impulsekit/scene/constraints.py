@@ -24,19 +24,6 @@ from .numbers import (
     vector,
 )
 
-__all__ = [
-    "DIRECTIONS",
-    "KEPT",
-    "FrameAnchor",
-    "JointCoupling",
-    "JointLock",
-    "PointAnchor",
-    "check_ends",
-    "checked_velocity",
-    "velocity_keeping_lock",
-    "velocity_of",
-]
-
 # The six directions of a frame, linear before angular.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 

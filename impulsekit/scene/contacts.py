@@ -14,7 +14,7 @@ from ..errors import InputError, RangeError
 from ..robot import Robot
 from .acting import Acting, InJoint
 from .by_material import ByTable, is_by_material, keep_table
-from .friction import Friction, checked_friction, is_plain
+from .coefficients import Friction, checked_friction, checked_restitution, is_plain
 from .numbers import (
     Vector,
     between,
@@ -27,16 +27,6 @@ from .numbers import (
     text,
     vector,
 )
-from .restitution import checked_restitution
-
-__all__ = [
-    "Collision",
-    "Contact",
-    "JointStop",
-    "adheres",
-    "check_stiffness",
-    "turns",
-]
 
 # A direction whose length is this near to 1 is left as it is given: dividing would only round it.
 UNIT = 1e-15

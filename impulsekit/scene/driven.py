@@ -13,8 +13,6 @@ from .acting import InJoint
 from .functions import numbers_from
 from .numbers import check_name, text
 
-__all__ = ["Driven", "Rates"]
-
 # A size to measure differences by where all values are 0.
 LEAST_SIZE = 1e-6
 

@@ -11,8 +11,6 @@ import numpy as np
 from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
 from ..robot.arrays import read_only
 
-__all__ = ["call", "numbers_from"]
-
 # Types of numbers that need no second look.
 _PLAIN = frozenset((float, int, np.float64))
 

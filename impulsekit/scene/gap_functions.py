@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..errors import InputError, RangeError, a_thing
+import numpy as np
+import pinocchio as pin
+
+from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError, a_thing
+from ..robot import Robot
 from .acting import Acting
+from .coefficients import checked_restitution
 from .constraints import velocity_of
 from .contacts import check_stiffness
+from .functions import numbers_from
 from .numbers import Velocity, between, check_name, keep, not_negative, number
-from .restitution import checked_restitution
-
-__all__ = ["GapConstraint", "GapContact"]
 
 MOST_ROWS = 1000
 
@@ -130,3 +133,168 @@ def _check_functions(
         given = getattr(entry, field)
         if not callable(given) and (given is not None or field in needed):
             raise InputError(f"{what}: {field} must be a function, got {a_thing(given)}")
+
+
+# How far configurations are moved for differences of fourth order [m, rad]: where these differ
+# least from those of twice the move, rounding counted in.
+MOVES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
+# A gradient that is off by more than this part of its largest entry, or of 1, is a mistake.
+MISTAKEN = 1e-6
+# Where the gradient is tried when a scene is made: this far from the neutral configuration.
+AWAY = 0.1
+
+
+class FunctionRows:
+    """The rows of a ``GapConstraint`` (k, nv), or of a ``GapContact`` (3, nv).
+
+    Attributes:
+        labels: of the rows.
+    """
+
+    def __init__(self, robot: Robot, entry: GapConstraint | GapContact, name: str = "") -> None:
+        self._model, self._entry = robot.model, entry
+        self._what = name or entry.name or type(entry).__name__
+        self._move = 0.0
+        if isinstance(entry, GapConstraint):
+            self._value, self._gradient, self._size = entry.g, entry.gradient, entry.rows
+            self._names = "g", "gradient"
+            count = entry.rows
+            self.labels = ("g",) if count == 1 else tuple(f"g{i}" for i in range(count))
+        else:
+            self._value, self._gradient, self._size = entry.gap, entry.normal, 1
+            self._names = "gap", "normal"
+            self.labels = ("t1", "t2", "n")
+
+    def value(self, q: np.ndarray) -> np.ndarray:
+        """(k,) g, or (1,) the gap."""
+        return numbers_from(self._value, f"{self._what}: {self._names[0]}", self._size, q)
+
+    def matrix_at(self, q: np.ndarray) -> np.ndarray:
+        """(k, nv) the rows at q.
+
+        Raises:
+            RangeError: a gradient is not that of its function.
+        """
+        if self._move == 0.0:
+            self.check(q)
+        rows = self._own_rows(q)
+        if isinstance(self._entry, GapConstraint):
+            return rows
+        whole = np.zeros((3, self._model.nv))
+        whole[2] = rows[0]
+        if self._entry.tangents is not None:
+            tangents = self._matrix(self._entry.tangents, "tangents", q, None)
+            whole[: len(tangents)] = tangents
+        return whole
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(k,) how fast the rows' velocities change where no joint accelerates."""
+        entry = self._entry
+        if isinstance(entry, GapConstraint) and entry.bias is not None:
+            return numbers_from(entry.bias, f"{self._what}: bias", self._size, q, v)
+        if self._move == 0.0:
+            self.check(q)
+        size = float(np.abs(v).max(initial=0.0))
+        if size == 0.0:
+            return np.zeros(len(self.labels))
+        return self._along(q, v / size, lambda there: self.matrix_at(there).dot(v)) * size
+
+    def check(self, q: np.ndarray) -> None:
+        """Prove that the gradient is that of the function at q.
+
+        Raises:
+            RangeError: it is not.
+        """
+        doubt = self._choose_move(q)
+        if self._gradient is None:
+            return
+        said, found = self._own_rows(q), self._by_differences(q)
+        size = max(1.0, float(np.abs(found).max(initial=0.0)))
+        off = np.abs(said - found)
+        if off.max(initial=0.0) > MISTAKEN * size + doubt:
+            row, column = np.unravel_index(int(off.argmax()), off.shape)
+            raise RangeError.of(
+                f"{self._what}: {self._names[1]}[{row}, {column}]",
+                float(said[row, column]),
+                f"{found[row, column]:.9g}, the derivative of {self._names[0]}",
+            )
+
+    def _own_rows(self, q: np.ndarray) -> np.ndarray:
+        if self._gradient is None:
+            return self._by_differences(q)
+        return self._matrix(self._gradient, self._names[1], q, self._size)
+
+    def _matrix(
+        self, function: Callable, field: str, q: np.ndarray, rows: int | None
+    ) -> np.ndarray:
+        """(k, nv) what a function gives; of one row (nv,) will do."""
+        nv, what = self._model.nv, f"{self._what}: {field}"
+
+        def flat(q: np.ndarray) -> np.ndarray:
+            return np.asarray(function(q), dtype=float).ravel()
+
+        try:
+            count = flat(q.copy()).size // nv
+        except Exception:
+            count = 0
+        expected = rows or min(max(count, 1), 2)
+        given = numbers_from(flat, what, expected * nv, q)
+        if given.size != expected * nv:
+            raise ShapeError.of(what, (expected, nv), given.shape)
+        return given.reshape(expected, nv)
+
+    def _by_differences(self, q: np.ndarray) -> np.ndarray:
+        columns = [self._along(q, unit, self.value) for unit in np.eye(self._model.nv)]
+        return np.array(columns).T.reshape(self._size, self._model.nv)
+
+    def _choose_move(self, q: np.ndarray) -> float:
+        """Choose how far to move for differences; how much these may be off."""
+        best = np.inf
+        rounding = np.finfo(float).eps * float(np.abs(self.value(q)).max(initial=0.0))
+        for move in MOVES:
+            off = 0.0
+            for unit in np.eye(self._model.nv):
+                # The error of fourth order is a fifteenth of what twice the move changes.
+                one, two, four = (
+                    self._difference(q, n * move * unit, self.value) for n in (1, 2, 4)
+                )
+                change = (8.0 * one - two) / 12.0 - (8.0 * two - four) / 24.0
+                off = max(off, float(np.abs(change).max()) / (15.0 * move))
+            off += 2.0 * rounding / move
+            if off < best:
+                self._move, best = move, off
+        return best
+
+    def _along(
+        self, q: np.ndarray, way: np.ndarray, function: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        """The derivative of a function of q along a way (nv,)."""
+        move = self._move
+        near, far = (self._difference(q, n * move * way, function) for n in (1, 2))
+        return (8.0 * near - far) / (12.0 * move)
+
+    def _difference(
+        self, q: np.ndarray, by: np.ndarray, function: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        ends = [function(pin.integrate(self._model, q, s * by)) for s in (1.0, -1.0)]
+        return ends[0] - ends[1]
+
+
+def check_gradient(robot: Robot, entry: Any, where: str) -> None:
+    """Hold the gradient of an entry against differences, where its function is defined.
+
+    Raises:
+        RangeError, ShapeError: it is not the gradient.
+    """
+    rows, model = FunctionRows(robot, entry, where), robot.model
+    neutral = robot.neutral()
+    for sign in (0.0, 1.0, -1.0):
+        # Along all coordinates by different ways.
+        way = sign * AWAY * (1.0 + np.arange(model.nv)) / max(model.nv, 1)
+        try:
+            rows.check(pin.integrate(model, neutral, way))
+        except (CallbackError, ZeroDivisionError):
+            continue
+        except ImpulsekitError as error:
+            if not error.from_function or isinstance(error, RangeError | ShapeError):
+                raise

@@ -8,11 +8,8 @@ from typing import Any, cast
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.base import WORLD, WORLD_LINK
-from .acting import Acting, InJoint
-from .fits import check_frame_moves
+from .acting import Acting, InJoint, check_frame_moves
 from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
-
-__all__ = ["AppliedImpulse", "JointImpulse", "check_impulse"]
 
 
 @dataclass(frozen=True)

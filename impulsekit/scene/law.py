@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from ..errors import InputError, RangeError, quoted
 from .numbers import between, keep
 
-__all__ = ["Law"]
-
 RESTITUTIONS = ("newton", "poisson", "stronge", "lzb")
 SLIPS = ("end", "path")
 ORDERS = ("simultaneous", "sequential")

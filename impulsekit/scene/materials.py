@@ -10,16 +10,9 @@ from typing import Any
 from ..errors import InputError, a_thing
 from ..robot import Robot
 from .by_material import as_given, asks_for_materials
+from .coefficients import Friction, checked_friction, checked_restitution
 from .contacts import Collision, Contact
-from .friction import Friction, checked_friction
 from .numbers import keep, optional, positive, text
-from .restitution import checked_restitution
-
-__all__ = [
-    "Material",
-    "MaterialPair",
-    "with_materials",
-]
 
 
 @dataclass(frozen=True)

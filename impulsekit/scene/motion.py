@@ -10,8 +10,6 @@ from typing import Any
 from ..errors import InputError, RangeError, UnknownNameError, quoted
 from .numbers import number
 
-__all__ = ["LEAST_RTOL", "MotionSettings"]
-
 # Of all motions [s].
 LONGEST = 1e9
 # Below it rounding is no smaller than the error of a step.

@@ -10,30 +10,6 @@ import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
 
-__all__ = [
-    "AXES",
-    "LARGEST",
-    "Check",
-    "Names",
-    "Numbers",
-    "Vector",
-    "Velocity",
-    "axes_name",
-    "between",
-    "check_name",
-    "each",
-    "is_list",
-    "keep",
-    "listed",
-    "not_negative",
-    "number",
-    "optional",
-    "positive",
-    "text",
-    "vector",
-    "whole",
-]
-
 if TYPE_CHECKING:
     # What a user may give; what is kept is always a tuple.
     Vector = Sequence[float] | np.ndarray

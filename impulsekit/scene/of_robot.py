@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, TypedDict
 
 from ..errors import InputError, RangeError, quoted
 from ..robot import Robot
-from ..robot.loop import Loop
-from .constraint_entry import Constraint
+from ..robot.source import Loop
 from .constraints import DIRECTIONS, FrameAnchor, JointCoupling, JointLock, PointAnchor
 from .contacts import Collision
-from .forces import JointSpring
+from .entries import Constraint
+from .forces import JointFriction, JointSpring
 from .impulses import AppliedImpulse, JointImpulse
-from .joint_friction import JointFriction
 from .law import Law
 
 if TYPE_CHECKING:
@@ -21,13 +20,11 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from ..robot.mjcf_pairs import TouchingPair
-    from .contact_entry import ContactEntry
+    from ..robot.mjcf_shapes import TouchingPair
+    from .entries import ContactEntry
     from .forces import Force
     from .materials import Material, MaterialPair
     from .numbers import Vector
-
-__all__ = ["FromFile", "SceneEntries", "entries_of"]
 
 # The direction that a closing joint leaves free, z along its axis.
 _FREE = {"hinge": "rz", "slide": "z"}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import threading
+import weakref
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ..display import Displayed, one_line
 from ..errors import InputError, a_thing
@@ -18,14 +20,11 @@ from .numbers import Vector, keep, not_negative, text, vector
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from .constraint_entry import Constraint
-    from .contact_entry import ContactEntry
+    from .entries import Constraint, ContactEntry
     from .forces import Force
     from .impulses import AppliedImpulse, JointImpulse
     from .materials import Material, MaterialPair
     from .of_robot import FromFile
-
-__all__ = ["Scene"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -199,7 +198,7 @@ class Scene(Displayed):
                 )
 
     def _check_friction(self) -> None:
-        from .friction import is_plain
+        from .coefficients import is_plain
 
         law = self.law
         usual = law.restitution in ("newton", "poisson")
@@ -220,16 +219,16 @@ class Scene(Displayed):
             for i, impulse in enumerate(self.impulses):
                 check_impulse(self.robot, impulse, f"impulses[{i}]")
         if self.constraints:
-            from .constraint_entry import check_constraint
+            from .entries import check_constraint
 
             for i, constraint in enumerate(self.constraints):
                 check_constraint(self.robot, constraint, f"constraints[{i}]")
         if self.controlled:
-            from .constraint_entry import check_controlled
+            from .entries import check_controlled
 
             check_controlled(self.robot, self.controlled, self.constraints)
         if self.contacts:
-            from .contact_entry import check_contact
+            from .entries import check_contact
 
             for i, contact in enumerate(self.contacts):
                 check_contact(self.robot, contact, f"contacts[{i}]")
@@ -287,3 +286,30 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
 def _names(value: Any, what: str) -> tuple[str, ...]:
     names = (value,) if isinstance(value, str) else _entries(value, what)
     return tuple(text(name, f"Scene: {what}[{i}]") for i, name in enumerate(names))
+
+
+T = TypeVar("T")
+
+
+class KeptByScene(Generic[T]):
+    """What ``make`` gives for a scene, made when first asked for; it may not hold the scene.
+
+    Attributes:
+        by_scene: what there is now, by the identity of the scene, which is quicker than its hash.
+    """
+
+    def __init__(self, make: Callable[[Scene], T]) -> None:
+        self._make = make
+        self.by_scene: dict[int, T] = {}
+
+    def of(self, scene: Scene) -> T:
+        """What is kept for a scene."""
+        found = self.by_scene.get(id(scene))
+        if found is None:
+            found = self.by_scene[id(scene)] = self._make(scene)
+            weakref.finalize(scene, self.by_scene.pop, id(scene), None)
+        return found
+
+
+class KeptByThread(threading.local, KeptByScene[T]):
+    """The same for each thread by itself: workspaces, which a use overwrites."""

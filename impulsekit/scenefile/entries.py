@@ -16,8 +16,6 @@ from ..scene.materials import MaterialPair
 from .faults import Faults
 from .vocabulary import NESTED, Section, model_of
 
-__all__ = ["MOVED", "read_entries", "read_section"]
-
 # Keys that a table cannot have by mistake but for standing below it.
 MOVED = ("gravity", "gap_bound", "controlled")
 

@@ -17,8 +17,6 @@ from ..errors import (
     shown,
 )
 
-__all__ = ["Faults", "no_such_key", "tuples_of"]
-
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 
 # What pydantic calls a fault, in words that follow "must be".

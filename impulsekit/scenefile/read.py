@@ -18,18 +18,15 @@ from ..files import path_of, read_text_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
 from ..robot.arrays import lock
-from ..robot.limits import outside_limits
+from ..robot.state import outside_limits
 from ..scene import Scene
-from ..scene.design import DesignPoint
 from ..scene.motion import MotionSettings
 from ..scene.numbers import Vector
-from ..scene.points import ReportPoint
+from ..scene.points import DesignPoint, ReportPoint
 from .entries import MOVED, read_entries, read_section
 from .faults import Faults, no_such_key, tuples_of
 from .robots import read_robots
 from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
-
-__all__ = ["SceneFile", "load_scene", "read_scene"]
 
 _OWN = ("robot", "robots", "state", *MOVED, "motion", "design", "report", "batch")
 _TOP = (*_OWN, *(section.name for section in SECTIONS))

@@ -12,14 +12,12 @@ import pydantic
 
 from ..errors import ImpulsekitError, InputError, UrdfError
 from ..robot import Robot, RobotPart
-from ..robot.added import Changes
 from ..robot.combine import combine
 from ..robot.examples import example_names, example_path, example_urdf
+from ..robot.source import Changes
 from ..scene.numbers import Vector
 from .faults import Faults
 from .vocabulary import STRICT
-
-__all__ = ["part_as_table", "read_robots"]
 
 Row = tuple[float, float, float, float]
 ROOTS = ("fixed", "planar", "sagittal", "freeflyer")

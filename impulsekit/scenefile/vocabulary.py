@@ -25,31 +25,30 @@ import pydantic
 from pydantic_core import PydanticCustomError
 
 from ..scene.by_material import BY_MATERIAL
+from ..scene.coefficients import (
+    EllipticFriction,
+    FrictionTable,
+    Restitution,
+    RestitutionTable,
+    StaticKinetic,
+)
 from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop
-from ..scene.design import DesignPoint
 from ..scene.distances import DistanceAnchor, Rope
-from ..scene.forces import PD, Actuator, AppliedForce, JointSpring, Spring, TorqueTable
-from ..scene.friction import EllipticFriction, FrictionTable, StaticKinetic
+from ..scene.forces import (
+    PD,
+    Actuator,
+    AppliedForce,
+    JointFriction,
+    JointSpring,
+    Spring,
+    TorqueTable,
+)
 from ..scene.impulses import AppliedImpulse, JointImpulse
-from ..scene.joint_friction import JointFriction
 from ..scene.law import Law
 from ..scene.materials import Material, MaterialPair
 from ..scene.motion import MotionSettings
-from ..scene.points import ReportPoint
-from ..scene.restitution import Restitution, RestitutionTable
-
-__all__ = [
-    "DESIGN",
-    "MOTION",
-    "NESTED",
-    "POINTS",
-    "SECTIONS",
-    "STRICT",
-    "Section",
-    "default_of",
-    "model_of",
-]
+from ..scene.points import DesignPoint, ReportPoint
 
 STRICT = pydantic.ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 

@@ -17,17 +17,14 @@ from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
 from ..scene.by_material import as_given
-from ..scene.design import DesignPoint
 from ..scene.motion import MotionSettings
-from ..scene.points import ReportPoint
+from ..scene.points import DesignPoint, ReportPoint
 from .entries import MOVED
 from .robots import part_as_table
 from .vocabulary import DESIGN, MOTION, NESTED, POINTS, SECTIONS, Section, default_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-__all__ = ["dump_scene", "save_scene"]
 
 
 def dump_scene(

@@ -13,8 +13,6 @@ from .bodies import BodyShape, body_shapes, corners_of
 from .drawing import ROOT, Drawing, node_name
 from .motions import Shown
 
-__all__ = ["Actors"]
-
 # [m] The size of what has none, to draw it at all.
 LEAST_REACH = 1e-6
 

@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..scene.points import ReportPoint
 
-from .speeds import TURNS
-
-__all__ = ["COLORS", "KINDS", "Arrow", "Mark", "impact_arrows", "impact_marks", "largest_sizes"]
+from .forms import TURNS
 
 # Kind: what the legend calls it, its unit and its colour.
 KINDS = {

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,14 +13,142 @@ import pinocchio as pin
 
 from ..errors import UrdfError
 from ..robot import Robot
-from .coal_surfaces import surface_of
-from .simple_bodies import simple_body
-from .surfaces import Surface
+from .surfaces import Surface, box, cylinder, ellipsoid, merged, rounded
 
 if TYPE_CHECKING:
     from ..robot import RobotPart
+    from ..robot.links import Link
 
-__all__ = ["BodyShape", "body_shapes", "robot_colors"]
+# A box is drawn no thinner than this share of its longest edge.
+THINNEST = 0.04
+# A mass without inertia is drawn as a ball of this density [kg/m³].
+DENSITY = 2000.0
+
+
+def simple_body(link: Link) -> tuple[Surface, pin.SE3] | None:
+    """A surface for a link and its placement in the link's joint; None for a massless link.
+
+    The box is uniform, and has the link's mass, mass centre and inertia.
+    """
+    if link.mass <= 0.0:
+        return None
+    if not link.inertia_in_joint_axes.any():
+        radius = (3.0 * link.mass / (4.0 * np.pi * DENSITY)) ** (1.0 / 3.0)
+        return ellipsoid(np.full(3, radius)), pin.SE3(np.eye(3), link.com_in_joint)
+    lengths, rotation = equivalent_box(link.mass, link.inertia_in_joint_axes)
+    return box(lengths), pin.SE3(rotation, link.com_in_joint)
+
+
+def equivalent_box(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The uniform box with a ``mass`` [kg] and a (3, 3) ``inertia`` about its centre [kg m²].
+
+    Returns:
+        (3,) edge lengths [m], from I_x = m (b² + c²)/12 and the two like it, and (3, 3)
+        the edges' directions as columns. Edges too thin to be seen are made thicker.
+
+    Example:
+        >>> lengths, _ = equivalent_box(12.0, np.diag([13.0, 10.0, 5.0]))
+        >>> [round(float(x), 6) for x in sorted(lengths)]
+        [1.0, 2.0, 3.0]
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    if np.count_nonzero(inertia - np.diag(np.diagonal(inertia))) == 0:
+        moments, axes = np.diagonal(inertia), np.eye(3)
+    if np.linalg.det(axes) < 0.0:
+        axes = axes * [1.0, 1.0, -1.0]
+    squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
+    lengths = np.sqrt(np.maximum(squares, 0.0))
+    longest = float(lengths.max())
+    if longest == 0.0:
+        longest = (mass / DENSITY) ** (1.0 / 3.0)
+    return np.maximum(lengths, THINNEST * longest), axes
+
+
+# Collada is read twice, by Pinocchio and for its colours; both must agree this well.
+SAME_SIZE = 1e-3
+
+
+def surface_of(item: pin.GeometryObject) -> Surface | None:
+    """The surface of a geometry object in its own frame; None where there is none to draw."""
+    shape = item.geometry
+    kind = type(shape).__name__
+    if kind == "Box":
+        return box(2.0 * np.array(shape.halfSide))
+    if kind == "Sphere":
+        return ellipsoid(np.full(3, shape.radius))
+    if kind == "Ellipsoid":
+        return ellipsoid(np.array(shape.radii))
+    if kind == "Cylinder":
+        return cylinder(shape.radius, shape.halfLength)
+    if kind == "Cone":
+        return cylinder(shape.radius, shape.halfLength, top_radius=0.0)
+    if kind == "Capsule":
+        return rounded(shape.radius, shape.halfLength)
+    if hasattr(shape, "vertices") and hasattr(shape, "tri_indices"):
+        return _triangles(item)
+    if kind.startswith("Convex"):
+        return _convex(shape)
+    return None
+
+
+def _triangles(item: pin.GeometryObject) -> Surface | None:
+    mesh = item.geometry
+    vertices = np.array(mesh.vertices(), dtype=np.float32).reshape(-1, 3)
+    triangles = (mesh.tri_indices(i) for i in range(mesh.num_tris))
+    faces = np.array([(t[0], t[1], t[2]) for t in triangles], dtype=np.uint32)
+    if not len(faces):
+        return None
+    if not item.overrideMaterial and item.meshPath.lower().endswith(".dae"):
+        colored = _colored(item.meshPath, np.array(item.meshScale).ravel(), vertices)
+        if colored is not None:
+            return colored
+    return Surface(vertices, faces, smooth=False)
+
+
+def _convex(shape: Any) -> Surface:
+    import coal
+
+    points = np.array([shape.point(i) for i in range(shape.num_points)])
+    mesh = coal.Convex.convexHull(points, True, "")
+    faces = np.array([list(mesh.polygons(i)) for i in range(mesh.num_polygons)])
+    return Surface(points, faces, smooth=False)
+
+
+def _colored(path: str, scale: np.ndarray, vertices: np.ndarray) -> Surface | None:
+    """A Collada file with a colour for each part; None if it has none or reads otherwise."""
+    if not os.path.isfile(path):
+        return None
+    try:
+        import trimesh
+
+        scene: Any = trimesh.load(path, force="scene")
+        surfaces = [_part(mesh) for mesh in scene.dump()]
+    except Exception:
+        # Colours are a courtesy: whatever a reader stumbles over, the plain mesh is there.
+        return None
+    surfaces = [surface for surface in surfaces if len(surface.faces)]
+    if not surfaces:
+        return None
+    whole = merged(surfaces)
+    scaled = Surface(whole.vertices * scale, whole.faces, whole.colors, smooth=False)
+    size = float(np.ptp(vertices, axis=0).max())
+    if np.abs(scaled.corners - Surface(vertices, whole.faces).corners).max() > SAME_SIZE * size:
+        return None
+    return scaled
+
+
+def _part(mesh: Any) -> Surface:
+    material = getattr(mesh.visual, "material", None)
+    color = getattr(material, "main_color", None)
+    rgb = np.array([230, 230, 230] if color is None else color[:3], dtype=float) / 255.0
+    # A corner is stored once for every normal it has; drawn flat, one of them will do.
+    corners = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
+    _, first, place = np.unique(
+        corners.view(np.dtype((np.void, 12))).ravel(), return_index=True, return_inverse=True
+    )
+    faces = place.reshape(-1)[np.asarray(mesh.faces)]
+    return Surface(corners[first], faces, np.tile(rgb, (len(first), 1)), smooth=False)
+
 
 # Links without a colour of their own take these in turn, so that neighbours differ.
 PALETTE: tuple[tuple[float, float, float, float], ...] = (

@@ -21,8 +21,6 @@ from .timeline import Timeline
 if TYPE_CHECKING:
     from ..scene.points import ReportPoint
 
-__all__ = ["Effects", "draw_effects", "legend_row", "trace_color"]
-
 # Against the reach of the picture.
 LONGEST_ARROW = 0.5
 ARROW_WIDTH = 0.022

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from ..scene import Scene
     from .replay import Replay
 
-__all__ = ["as_html", "html_of"]
-
 Blocks = Sequence[Sequence[str]]
 
 # A table longer than this pushes what was asked next out of sight.

@@ -19,11 +19,10 @@ from ..files import check_writable, path_of, write_file
 from ..scene.points import report_points
 from .actors import Actors
 from .bodies import robot_colors
-from .browser import send_to, show_page
 from .drawing import Drawing
 from .effects import draw_effects, legend_row
 from .motions import Shown, shown_motion
-from .page import page_of
+from .page import page_of, send_to, show_page
 from .stage import draw_stage, fitting_camera
 from .timeline import Timeline
 
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from ..motion import Trajectory
     from ..robot import Robot
     from ..scene.points import ReportPoint
-
-__all__ = ["Replay", "replay"]
 
 # [s] What a motion without duration counts as having.
 LEAST_DURATION = 1e-9

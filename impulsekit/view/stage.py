@@ -12,8 +12,6 @@ import pinocchio as pin
 from .drawing import Drawing, node_name
 from .surfaces import Surface
 
-__all__ = ["Camera", "Plane", "draw_stage", "fitting_camera"]
-
 # [m] The extent of what is flat, to divide by.
 LEAST_EXTENT = 1e-9
 # [m] The distance of the camera, and the size of the scene, where all is at one point.

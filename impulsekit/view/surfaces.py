@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Surface", "arrow", "box", "disc", "ellipsoid", "lathe", "merged", "tube"]
-
 # A vector shorter than this has no direction.
 NO_DIRECTION = 1e-9
 

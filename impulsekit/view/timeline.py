@@ -9,8 +9,6 @@ import numpy as np
 
 from ..errors import RangeError
 
-__all__ = ["Timeline"]
-
 # The share by which a duration of whole frames may fall short of them.
 ROUNDED = 1e-12
 # [of the duration, or s] Instants nearer than this are one frame.

@@ -11,12 +11,10 @@ from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_ga
 from ..impact.named import Named
 from ..robot.placing import Posture
 from ..scene import Scene
-from .contacts import GAP_SCALE
+from .report import GAP_SCALE
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-__all__ = ["Touching", "touching"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,8 +5,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.design import solved
-from impulsekit.design.measurement import Measurement
-from impulsekit.design.parameters import parameters_of
+from impulsekit.design.parameters import Measurement, parameters_of
 
 from ..robots import one_body
 

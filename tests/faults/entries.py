@@ -32,9 +32,8 @@ from impulsekit.scene import (
     Scene,
     Spring,
 )
-from impulsekit.scene.design import DesignPoint
 from impulsekit.scene.motion import MotionSettings
-from impulsekit.scene.points import ReportPoint
+from impulsekit.scene.points import DesignPoint, ReportPoint
 
 from .fault import Fault
 from .things import arm, ball, both

@@ -61,14 +61,14 @@ def _too_large() -> None:
     robot = Robot.from_urdf(chain_urdf(1000))
     scene = Scene(robot, [AppliedImpulse("link_1000", linear=[0, 1, 0])])
     # As on a machine with a gigabyte: what is free varies, and the words with it.
-    from impulsekit.robot import capacity
+    from impulsekit.robot import model_checks
 
-    free = capacity.free_memory
-    capacity.free_memory = lambda: 1e9
+    free = model_checks.free_memory
+    model_checks.free_memory = lambda: 1e9
     try:
         solve(scene, robot.neutral(), robot.velocity())
     finally:
-        capacity.free_memory = free
+        model_checks.free_memory = free
 
 
 BAD_ROTATION = np.diag([1.0, 1.0, 2.0, 1.0])

@@ -20,11 +20,11 @@ from impulsekit.batch.solve import solve_batch
 from impulsekit.batch.study.run import run_study
 from impulsekit.checking import check
 from impulsekit.compliance.curves import MeasuredCurve
-from impulsekit.design.ellipsoid import effective_mass, impact_ellipsoid
 from impulsekit.design.fit import Measurement, fit_impacts
 from impulsekit.design.least_blow import least_blow
-from impulsekit.design.pictures import plot_effective_mass
+from impulsekit.design.response import effective_mass, impact_ellipsoid
 from impulsekit.design.sparing import centre_of_percussion, reaction_map, spare_joint, worst_blow
+from impulsekit.design.summary import plot_effective_mass
 from impulsekit.impact import Impact, ImpactSolver, solve
 from impulsekit.impact.derivatives import derivatives
 from impulsekit.impact.freed import freed_joint
@@ -41,8 +41,8 @@ from impulsekit.scene import (
     JointLock,
     Scene,
 )
-from impulsekit.view.plots.histories import energy_history, momentum_history
-from impulsekit.view.plots.velocities import velocity_jump
+from impulsekit.view.plots.impacts import velocity_jump
+from impulsekit.view.plots.motions import energy_history, momentum_history
 from impulsekit.view.replay import replay
 from impulsekit.view.report import report
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.design import batched as batched_module
+from impulsekit.design import solved as batched_module
 from impulsekit.errors import InputError, RangeError
 from impulsekit.measured import (
     LawCandidate,

@@ -10,7 +10,7 @@ import pytest
 import impulsekit as ik
 from benchmarks.recorded import elbow, landings
 from benchmarks.recorded.__main__ import main
-from impulsekit.cli.progress import bar_on_terminal
+from impulsekit.cli.common import bar_on_terminal
 from impulsekit.measured import motions
 from tests.measured.test_public_data import biped, zipped_tensor
 

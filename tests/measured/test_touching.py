@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import brentq
 
 import impulsekit as ik
-from impulsekit.design.differences import slopes_by_differences
+from impulsekit.design.solved import slopes_by_differences
 from impulsekit.measured import Recording, find_impacts, fit_impacts
 from impulsekit.measured.found import at_touch
 from tests.measured.bodies import G

@@ -14,8 +14,8 @@ import numpy as np
 
 import impulsekit as ik
 from impulsekit.errors import ImpulsekitError
-from impulsekit.robot.any_file import outermost
 from impulsekit.robot.mjcf import state_from_mujoco
+from impulsekit.robot.reading import outermost
 
 KEPT = [int(kind) for kind in (
     mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD, mujoco.mjtEq.mjEQ_JOINT

@@ -52,28 +52,6 @@ def test_the_command_shows_what_a_file_holds(tmp_path):
     assert "panda_joint1" in run("panda").output
 
 
-def test_the_command_tries_a_folder(tmp_path):
-    (tmp_path / "in").mkdir()
-    (tmp_path / "in" / "chain.urdf").write_text(URDF)
-    (tmp_path / "broken.urdf").write_text("<robot>")
-    result = run(tmp_path)
-    assert result.exit_code == 0, result.output
-    assert result.output.count("agrees") == 2
-    assert "2 refused" in result.output and "2 checked" in result.output
-
-
-def test_a_foreign_error_is_counted_and_the_exit_status_says_so(tmp_path, monkeypatch):
-    (tmp_path / "chain.urdf").write_text(URDF)
-
-    def broken(*_arguments, **_options):
-        raise RuntimeError("out of nowhere")
-
-    monkeypatch.setattr(ik.Robot, "from_file", broken)
-    result = run(tmp_path)
-    assert result.exit_code == 1
-    assert "RuntimeError: out of nowhere" in result.output
-
-
 def test_a_description_is_looked_up_by_name(tmp_path, monkeypatch):
     (tmp_path / "arm.urdf").write_text(URDF)
     package = types.ModuleType("robot_descriptions")
@@ -90,19 +68,3 @@ def test_a_description_is_looked_up_by_name(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "robot_descriptions", None)
     with pytest.raises(errors.MissingExtraError, match="descriptions"):
         ik.Robot.from_description("arm_description")
-
-
-def test_what_is_no_robot_is_counted_apart_and_others_are_asked(tmp_path):
-    (tmp_path / "chain.urdf").write_text(URDF)
-    (tmp_path / "macros.xacro").write_text("<robot name='macros'/>")
-    (tmp_path / "package.xml").write_text("<package><name>arm</name></package>")
-    two = "<link name='a'/><link name='b'/>"
-    (tmp_path / "two_roots.urdf").write_text(f"<robot name='two'>{two}</robot>")
-    result = run(tmp_path, "--root", "fixed", "--others")
-    assert result.exit_code == 0, result.output
-    assert "2 without a robot in it" in result.output
-    assert "1 of 2 files with a robot in them are refused (50.0 %)" in result.output
-    (line,) = [line for line in result.output.splitlines() if "two_roots.urdf" in line]
-    assert "2 links have no parent" in line
-    # MuJoCo welds each to the world, Pinocchio wants one root.
-    assert "MuJoCo reads it (nv 0)" in line and "Pinocchio reads" not in line

@@ -5,7 +5,7 @@ import pinocchio as pin
 
 import impulsekit as ik
 from benchmarks.urdf import joint_text, link_text, robot_text
-from impulsekit.robot.mass_matrix import crba_of
+from impulsekit.robot.masses import crba_of
 
 
 def arm(mimic):

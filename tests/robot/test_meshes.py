@@ -11,8 +11,8 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.errors import InputError
-from impulsekit.robot import meshes
-from impulsekit.robot.meshes import loader_of, mesh_paths
+from impulsekit.robot import geometry
+from impulsekit.robot.geometry import loader_of, mesh_paths
 
 TETRAHEDRON = (
     "v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nv 0 0 {size}\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -67,7 +67,7 @@ def test_what_was_read_goes_with_the_last_robot_that_shows_it(robot_of):
     assert kept == id(robot.kept_loaders[0])
     del robot
     gc.collect()
-    assert not any(stamp[0] == path for stamps in meshes._loaders for stamp in stamps)
+    assert not any(stamp[0] == path for stamps in geometry._loaders for stamp in stamps)
 
 
 @pytest.mark.parametrize("kind", [str, pathlib.Path])

@@ -247,7 +247,7 @@ def test_an_answer_that_is_no_number_is_not_valid():
 
 
 def test_a_robot_whose_data_would_not_fit_into_memory_is_refused(monkeypatch):
-    monkeypatch.setattr("impulsekit.robot.capacity.free_memory", lambda: 1e8)
+    monkeypatch.setattr("impulsekit.robot.model_checks.free_memory", lambda: 1e8)
     robot = ik.Robot.from_urdf(ik.models.chain_urdf(140))
     scene = ik.Scene(robot, [ik.AppliedImpulse("link_140", linear=[0, 0, 1])])
     with pytest.raises(RangeError, match=r"139 degrees .* 0\.3 GB, and 0\.1 GB are free"):

@@ -22,7 +22,7 @@ import numpy as np
 from impulsekit.errors import SingularMassError
 from impulsekit.reference import loads, rotation
 from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
-from impulsekit.reference.freed import freed_directions, joint_directions
+from impulsekit.reference.impact import freed_directions, joint_directions
 from impulsekit.reference.kane import consistent_solution
 from impulsekit.reference.kinematics import Kinematics
 from impulsekit.reference.loads import Load

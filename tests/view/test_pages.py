@@ -63,7 +63,7 @@ def test_an_impact_is_shown(name, page, tmp_path):
         assert track in (".position", ".quaternion")
         assert frames == len(shown.times)
         assert last == pytest.approx(shown.duration, rel=1e-6)
-    from impulsekit.view.coasting import coasting
+    from impulsekit.view.motions import coasting
 
     recording = coasting(impact)
     data = robot.model.createData()

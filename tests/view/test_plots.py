@@ -16,7 +16,7 @@ from matplotlib import pyplot as plt
 import impulsekit as ik
 from impulsekit.errors import InputError, MissingExtraError, RangeError, ShapeError
 from impulsekit.view import plots
-from impulsekit.view.plots.stroboscope import skeleton
+from impulsekit.view.plots.motions import skeleton
 
 from .sheets import faults_of, words_of
 

@@ -23,8 +23,7 @@ from impulsekit.errors import (
 from impulsekit.measured import Recording
 from impulsekit.models import chain_urdf
 from impulsekit.scene import ReportPoint
-from impulsekit.view.bodies import body_shapes
-from impulsekit.view.simple_bodies import equivalent_box
+from impulsekit.view.bodies import body_shapes, equivalent_box
 
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 MESH = """<robot name="broken">
@@ -112,7 +111,7 @@ def test_velocities_can_be_left_out_and_joints_are_named(chain):
 
 
 def test_coasting_keeps_a_loop_shut():
-    from impulsekit.view.coasting import coasting
+    from impulsekit.view.motions import coasting
 
     scene_file = ik.load_scene(EXAMPLES / "four_bar.toml")
     impact = ik.solve(scene_file.scene, scene_file.q, scene_file.v)
@@ -257,9 +256,9 @@ def test_it_is_drawn_into_a_running_window_too(chain):
 def test_a_dead_server_is_told_and_does_not_hang(chain, monkeypatch):
     import zmq
 
-    from impulsekit.view import browser
+    from impulsekit.view import page
 
-    monkeypatch.setattr(browser, "PATIENCE", 200)
+    monkeypatch.setattr(page, "PATIENCE", 200)
 
     class Window:
         zmq_socket, zmq_url = zmq.Context.instance().socket(zmq.REQ), "tcp://127.0.0.1:1"

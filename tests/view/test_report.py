@@ -9,7 +9,7 @@ import impulsekit as ik
 from impulsekit.display.table import decimals, paper_decimals, table
 from impulsekit.errors import UnknownNameError
 from impulsekit.scene import ReportPoint
-from impulsekit.view.speeds import speeds_of
+from impulsekit.view.forms import speeds_of
 
 
 @pytest.fixture(scope="module")

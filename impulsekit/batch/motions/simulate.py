@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import InputError, check_kind
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
-from ...robot.capacity import free_memory
+from ...robot.model_checks import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ...scene.numbers import whole

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...scene.coefficients import Restitution, RestitutionTable, restitution_at
 from ...scene.functions import call
-from ...scene.restitution import Restitution, RestitutionTable, restitution_at
 
 __all__ = ["EDGE", "PARTED", "Coefficients", "ContactMode", "coefficients_of", "found_mode"]
 

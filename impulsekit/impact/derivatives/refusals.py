@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ...errors import InputError
+from ...scene.coefficients import is_plain
 from ...scene.contacts import turns
-from ...scene.friction import is_plain
 from ..result import Impact
 
 __all__ = ["refuse_what_has_none"]

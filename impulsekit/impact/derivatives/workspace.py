@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ...robot.massless import is_always_regular
+from ...robot.masses import is_always_regular
 from ...rows.constraints import needs_places
 from ...rows.entries import frame_pair, rows_of_entry, vectors_of_rows
 from ...rows.reach import reached_model
@@ -22,7 +22,7 @@ from ...scene import (
     Scene,
 )
 from ...scene.constraints import KEPT
-from ...scene.kept import KeptByThread
+from ...scene.scene import KeptByThread
 from ..solver import ImpactSolver
 from .expanded import expanded_model
 from .linear import Columns

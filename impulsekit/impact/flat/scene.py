@@ -15,10 +15,10 @@ from ...errors import InputError
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
 from ...scene import Collision, Contact, GapContact, JointStop, Rope, Scene
 from ...scene.at_time import scene_at
+from ...scene.coefficients import EllipticFriction
 from ...scene.constraints import KEPT
 from ...scene.contacts import turns
-from ...scene.friction import EllipticFriction
-from ...scene.function_rows import FunctionRows
+from ...scene.gap_functions import FunctionRows
 from .model import FlatModel, flat_model
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ...impact import Impact, ImpactSolver
 from ...impact.solver import solve_touching
 from ...scene import Scene
 from ...scene.at_time import is_driven, scene_at
-from ...scene.kept import KeptByScene
+from ...scene.scene import KeptByScene
 from ..record.status import MotionStatus
 from .present import Present, Stopped
 

@@ -19,8 +19,7 @@ from ...impact.singular import check_pivots, pivots_are_safe
 from ...laws.half import Factor as Halves
 from ...laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ...laws.tolerances import RESIDUAL_LIMIT
-from ...robot.mass_matrix import crba_of, symmetric
-from ...robot.massless import is_always_regular
+from ...robot.masses import crba_of, is_always_regular, symmetric
 from ...rows.reach import reached_model
 from ...scene import Scene
 from ..forces.field import ForceField

@@ -44,7 +44,7 @@ from ...rows.ellipses import ellipse_of
 from ...rows.faint import rows_at
 from ...rows.reach import ReachedModel
 from ...scene import Collision
-from ...scene.friction import friction_at_rest
+from ...scene.coefficients import friction_at_rest
 from ...tolerances import NONZERO
 from ..tree.pressed import rows_and_bias
 from .pairs import PairOfPieces, gap_if_far

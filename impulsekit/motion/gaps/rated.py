@@ -14,7 +14,7 @@ from ...rows.entries import FramePair, FunctionRows, frame_pair, joint_rows
 from ...rows.pair import Pair
 from ...rows.reach import ReachedModel
 from ...scene import Contact, GapContact, JointStop, Rope
-from ...scene.friction import EllipticFriction, friction_at_rest
+from ...scene.coefficients import EllipticFriction, friction_at_rest
 
 __all__ = ["FunctionGap", "PlaneGap", "RopeGap", "StopGap"]
 

@@ -19,8 +19,8 @@ from ...errors import InputError, check_kind
 from ...impact.saltation import Saltation, saltation
 from ...impact.solver import ImpactSolver
 from ...scene import JointFriction
+from ...scene.coefficients import is_plain
 from ...scene.contacts import adheres, turns
-from ...scene.friction import is_plain
 from .flow import Flow
 
 if TYPE_CHECKING:

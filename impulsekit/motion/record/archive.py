@@ -23,7 +23,7 @@ import numpy as np
 from ...errors import ImpulsekitError, InputError
 from ...files import file_told, open_plain_file
 from ...robot import Robot
-from ...robot.capacity import free_memory
+from ...robot.model_checks import free_memory
 
 if TYPE_CHECKING:
     from ...scene import Scene

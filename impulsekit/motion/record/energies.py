@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ...display import OneLine
 from ...robot.arrays import read_only
-from ...robot.mass_matrix import crba_of, symmetric
+from ...robot.masses import crba_of, symmetric
 from ..forces.field import ForceField
 from ..tree.memory import Memory
 

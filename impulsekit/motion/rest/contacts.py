@@ -9,8 +9,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...scene import JointFriction, Scene
+from ...scene.coefficients import friction_at
 from ...scene.contacts import turns
-from ...scene.friction import friction_at
 from ..gaps.resting import NO_WAYS, RestingContact
 from ..tree.pressed import BEGINS, SLIDES, STICKS, Sliding
 from .joints import TORN, DryJoints

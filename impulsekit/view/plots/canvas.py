@@ -12,23 +12,6 @@ from ...files import check_writable, write_file
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "AFTER",
-    "BEFORE",
-    "BLOW",
-    "INK",
-    "QUIET",
-    "axes_or_new",
-    "check_picture",
-    "ink_of",
-    "is_dark",
-    "new_figure",
-    "on_sheet",
-    "plain",
-    "save_figure",
-    "tidy",
-]
-
 INK = "#22303c"
 QUIET = "#8a96a1"
 BEFORE = "#8a96a1"

@@ -6,16 +6,11 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from .canvas import new_figure, save_figure
-from .cones import contact_cones
-from .energy_books import energy_books
-from .histories import energy_history, momentum_history
-from .reactions import joint_reactions
-from .velocities import velocity_jump
+from .impacts import contact_cones, energy_books, joint_reactions, velocity_jump
+from .motions import energy_history, momentum_history
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = ["overview"]
 
 
 def overview(

@@ -1,12 +1,18 @@
-"""What was found in recordings: impacts over time, losses over coefficients, errors."""
+"""Results of many runs in plots: run time against error, studies, recordings."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .canvas import AFTER, BLOW, CYCLE, QUIET, axes_or_new, new_figure, plain, tidy
+from ...batch.study.chunks import checksums_told
+from ...batch.study.store import open_study
+from ...batch.study.summary import is_valid, sizes_of, statuses_of
+from ...errors import InputError, ShapeError
+from .canvas import AFTER, BLOW, CYCLE, QUIET, axes_or_new, new_figure, plain, save_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +22,81 @@ if TYPE_CHECKING:
     from ...measured.motions import MotionFit
     from ...measured.recording import Recording
 
-__all__ = ["found_impacts", "identified_figure", "loss_curve"]
+MARKERS = "osD^vP*X"
+# Where an error is 0, it is drawn at the unit of rounding.
+LEAST_ERROR = 2.0**-53
+
+
+def time_against_error(
+    methods: Mapping[str, tuple[Sequence[float], Sequence[float]]],
+    ax: Axes | None = None,
+    *,
+    error: str = "relative error",
+    per: str = "run time",
+) -> Axes:
+    """Run times over errors of several methods, both logarithmic. Down and left is better.
+
+    Args:
+        methods: by name, the errors of each run and the seconds it took.
+        ax: where to draw; a new figure if None.
+        error: what the error is, with its unit if it has one.
+        per: what the seconds are for.
+
+    Raises:
+        ShapeError: errors and seconds that are not as many.
+        MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> ax = time_against_error({"rk4": ([1e-3, 1e-6], [0.01, 0.06])})
+        >>> ax.get_xscale(), ax.get_ylabel()
+        ('log', 'run time [s]')
+    """
+    ax = axes_or_new(ax)
+    for i, (name, (errors, seconds)) in enumerate(methods.items()):
+        if len(errors) != len(seconds):
+            what = f'time_against_error: seconds of "{name}"'
+            raise ShapeError.of(what, (len(errors),), (len(seconds),))
+        order = np.argsort(errors)
+        ax.plot(
+            np.maximum(np.asarray(errors, dtype=float)[order], LEAST_ERROR),
+            np.asarray(seconds, dtype=float)[order],
+            marker=MARKERS[i % len(MARKERS)],
+            color=CYCLE[i % len(CYCLE)],
+            linewidth=1.2,
+            markersize=6,
+            label=plain(name),
+        )
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel(error)
+    ax.set_ylabel(f"{per} [s]")
+    ax.set_title("Run time against error", loc="left")
+    if methods:
+        ax.legend(frameon=False)
+    return tidy(ax)
+
+
+def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) -> None:
+    """Histograms of all quantities of a store, as a picture (by its ending: svg, png, pdf).
+
+    Raises:
+        InputError: there is no store of a study, or nothing in it is valid.
+        MissingExtraError: matplotlib is not installed.
+    """
+    with checksums_told():
+        dataset = open_study(path).load()
+    good = [code for code, one in statuses_of(dataset).items() if is_valid(one)]
+    valid = np.isin(dataset["status"].values, good)
+    names = [name for name in sorted(dataset.data_vars) if name != "status"]
+    if not valid.any() or not names:
+        raise InputError(f'"{path}" holds no valid row to plot')
+    figure = new_figure(6.0, 2.2 * len(names))
+    for axes, name in zip(np.atleast_1d(figure.subplots(len(names))), names, strict=True):
+        label, sizes = sizes_of(dataset[name])
+        axes.hist(sizes[valid], bins=80, color="#4477aa")
+        axes.set_xlabel(f"{label} [{dataset[name].attrs.get('units', '1')}]")
+        axes.set_ylabel("rows")
+    save_figure(figure, picture)
 
 
 def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None = None) -> Axes:

@@ -1,23 +1,44 @@
-"""Joints that move no mass at any configuration, decided from the structure of a model.
-
-M(q) is singular at every q where some motion leaves all bodies still that have inertia. That
-hangs on the null spaces of the bodies' inertias and on the joints alone, not on how heavy
-anything is. So every inertia is brought to the size of the robot, which leaves a matrix whose
-rank is plain at configurations taken at random: what is singular there is so everywhere.
-"""
+"""The mass matrix, also where joints mimic others, and joints that move no mass."""
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..tolerances import NONZERO
-from .capacity import check_capacity
-from .mass_matrix import crba_of
+from .model_checks import check_capacity
 
-__all__ = ["Massless", "is_always_regular", "massless_motions"]
+
+def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
+    """The function of (model, data, q) that writes the upper triangle of M(q) to ``data.M``.
+
+    Pinocchio 4.1's ``crba`` in the joints' own axes adds to what its last call left in the columns
+    of joints behind one that mimics another; in world axes it does not.
+    """
+    if not len(model.mimicking_joints):
+        return pin.crba
+    return _in_world_axes
+
+
+def _in_world_axes(model: pin.Model, data: Any, q: np.ndarray) -> np.ndarray:
+    return pin.crba(model, data, q, pin.Convention.WORLD)
+
+
+def symmetric(upper: np.ndarray) -> np.ndarray:
+    """The whole of a symmetric matrix of which Pinocchio filled the upper triangle."""
+    return np.where(_below(len(upper)), upper.T, upper)
+
+
+@functools.cache
+def _below(size: int) -> np.ndarray:
+    """(size, size) mask of what is below the diagonal."""
+    return np.tri(size, k=-1, dtype=bool)
+
 
 # Eigenvalues of the inertia, its diagonal being 1, below which a motion moves no mass.
 WITHOUT_MASS = 1e-9

@@ -1,31 +1,157 @@
-"""Friction as people measure it: static and kinetic, by slip speed, by direction."""
+"""Coefficients of restitution and friction: numbers, by speed, by direction, static and kinetic."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import RangeError
+from ..errors import InputError, RangeError, ShapeError, quoted
 from .functions import numbers_from
-from .numbers import Vector, keep, not_negative, vector
-from .speed_table import SpeedTable
+from .numbers import Vector, keep, listed, not_negative, number, vector
 
-__all__ = [
-    "EllipticFriction",
-    "Friction",
-    "FrictionTable",
-    "StaticKinetic",
-    "checked_friction",
-    "friction_at",
-    "friction_at_rest",
-    "is_plain",
-    "static_friction",
-    "units_of_ellipse",
-]
+
+@dataclass(frozen=True)
+class SpeedTable:
+    """Values by speed, linear between the points, constant beyond them.
+
+    Subclasses check a value in ``_coefficient``.
+
+    Attributes:
+        speeds: (n,) [m/s, rad/s], 0 or more, rising.
+        values: (n,) the coefficient at each speed.
+
+    Raises:
+        InputError: not a sequence. NotFiniteError: not finite numbers.
+        ShapeError: empty, or not as many values as speeds.
+        RangeError: speeds that are negative or do not rise, a value that is not allowed.
+    """
+
+    speeds: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        of_speeds, of_values = f"{name}: speeds", f"{name}: values"
+        speeds = tuple(number(speed, of_speeds) for speed in listed(self.speeds, of_speeds))
+        values = tuple(self._coefficient(one, of_values) for one in listed(self.values, of_values))
+        if not speeds:
+            raise ShapeError.of(of_speeds, (1,), (0,), "one or more")
+        if len(speeds) != len(values):
+            raise ShapeError.of(of_values, (len(speeds),), (len(values),))
+        if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
+            raise RangeError.of(of_speeds, speeds, "0 or more, each above the last")
+        object.__setattr__(self, "speeds", speeds)
+        object.__setattr__(self, "values", values)
+
+    def __call__(self, speed: float) -> float:
+        """The coefficient at a speed [m/s, rad/s]."""
+        return float(np.interp(speed, self.speeds, self.values))
+
+    @staticmethod
+    def _coefficient(value: Any, what: str) -> float:
+        return number(value, what)
+
+
+@dataclass(frozen=True)
+class Restitution:
+    """A coefficient that is zero below a capture speed.
+
+    Attributes:
+        value: e above the capture speed, 0 to 1.
+        capture_speed: approach speed [m/s, rad/s for a stop] below which e is zero.
+
+    Raises:
+        RangeError, NotFiniteError.
+
+    Example:
+        >>> bounce = Restitution(0.8, capture_speed=0.01)
+        >>> bounce(1.0), bounce(0.005)
+        (0.8, 0.0)
+    """
+
+    value: float
+    capture_speed: float = 0.0
+
+    def __post_init__(self) -> None:
+        keep(self, "Restitution", _coefficient, "value")
+        keep(self, "Restitution", not_negative, "capture_speed")
+
+    def __call__(self, approach_speed: float) -> float:
+        """e at an approach speed."""
+        return self.value if approach_speed >= self.capture_speed else 0.0
+
+
+@dataclass(frozen=True)
+class RestitutionTable(SpeedTable):
+    """A coefficient by approach speed, linear between the points, constant beyond them.
+
+    Attributes:
+        speeds: approach speeds [m/s, rad/s for a stop], rising.
+        values: e at each, 0 to 1.
+
+    Raises:
+        ShapeError, RangeError, NotFiniteError.
+
+    Example:
+        >>> RestitutionTable([0.0, 1.0], [1.0, 0.5])(0.5)
+        0.75
+    """
+
+    @staticmethod
+    def _coefficient(value: Any, what: str) -> float:
+        return _coefficient(value, what)
+
+
+def checked_restitution(value: Any, what: str) -> float | Callable[[float], float]:
+    """A number in [0, 1], or something that gives one for an approach speed.
+
+    Raises:
+        RangeError, NotFiniteError, InputError.
+    """
+    if callable(value):
+        return value
+    if isinstance(value, str | bytes | dict | list | tuple):
+        raise InputError(
+            f"{what} must be a number, a Restitution, a RestitutionTable or a function of the "
+            f"approach speed, got {quoted(value)}"
+        )
+    return _coefficient(value, what)
+
+
+def restitution_at(
+    value: float | Callable[[float], float] | str, approach_speed: float, what: str
+) -> float:
+    """e at an approach speed; what a user's own function gives is checked.
+
+    Raises:
+        RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
+            something else than 0 to 1.
+        InputError: "material", outside of a scene with materials.
+    """
+    if isinstance(value, str):
+        raise InputError(f'{what}: "{value}" needs the Scene(materials=[...]) that has its pair')
+    if not callable(value):
+        return value
+    if type(value) in (Restitution, RestitutionTable):
+        return value(approach_speed)
+    where = f"{what} at {approach_speed:g} m/s"
+    try:
+        return _coefficient(numbers_from(value, where, 1, approach_speed)[0], where)
+    except RangeError as error:
+        error.from_function = True
+        raise
+
+
+def _coefficient(value: Any, what: str) -> float:
+    result = number(value, what)
+    if not 0.0 <= result <= 1.0:
+        raise RangeError.of(what, result, "0 to 1")
+    return result
 
 
 # A length that is 1 but for rounding: such a vector is kept as it is, to the last digit.
