@@ -9,8 +9,6 @@ import click
 
 from .command import Command
 
-__all__ = ["main"]
-
 PARTS = ("rows", "claims")
 
 
@@ -59,7 +57,7 @@ def main(
     if listing:
         _list(chosen)
         return
-    from .everything import Wish, whole
+    from .run import Wish, whole
 
     wish = Wish(quick, tuple(problems), tuple(chosen), part or PARTS)
     path = whole(wish, Path(out), _teller(quiet))

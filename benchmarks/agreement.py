@@ -19,15 +19,6 @@ from tests.truths.digits import velocity_after
 
 from .stress.bodies import random_state
 
-__all__ = [
-    "BAR",
-    "KINDS",
-    "Agreement",
-    "agreement",
-    "loaded_robot",
-    "random_scene",
-]
-
 BAR = 1e-12
 KINDS = ("blows", "contact")
 

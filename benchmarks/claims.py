@@ -17,13 +17,10 @@ import numpy as np
 
 from impulsekit.errors import UnknownNameError
 
-from . import by_hand, forces, jobs, motions
-from .claim import Claim
+from . import forces, jobs, motions
 from .methods.registry import method_labelled
 from .problems.registry import problem_named
-from .timing import Times, in_turn
-
-__all__ = ["LONG_SECTIONS", "SECTIONS", "TABLE", "OfJob", "OfProblem", "claims", "main"]
+from .timing import Claim, Times, in_turn
 
 
 class _Row(Protocol):
@@ -122,7 +119,7 @@ TABLE: tuple[_Row, ...] = (
     OfProblem("contacts", "feet", "feet 8", SOLVE, ADMM, 1.3),
     *(
         OfJob("beside bare calls", f"{label}: solve / calls by hand", times, bound)
-        for label, times, bound in by_hand.BESIDE_BARE
+        for label, times, bound in jobs.BESIDE_BARE
     ),
     *(
         OfJob("derivatives", f"{label}: derivatives / solve", times, 6.0)

@@ -6,8 +6,6 @@ from typing import Any
 
 import click
 
-__all__ = ["Command"]
-
 
 class Command(click.Command):
     """A click command; errors of impulsekit end it with status 2."""

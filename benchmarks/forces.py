@@ -22,21 +22,11 @@ from impulsekit.robot import Robot
 from impulsekit.scene import Contact, Scene
 
 from .methods.mechanism import mechanism_of
+from .methods.method import normal_rows
 from .methods.mujoco_model import CONTACT_TIME, Turned, mujoco_configuration, mujoco_model
-from .methods.swing import normal_rows
 from .problems.problem import Problem
 from .timing import Times, in_turn
 from .urdf import one_body
-
-__all__ = [
-    "STRUCK",
-    "batch_of_forces",
-    "many_peaks",
-    "one_peak",
-    "single_forces",
-    "spring_of",
-    "spring_peak",
-]
 
 # The moment of inertia [kg m²] of the ball.
 INERTIA = 0.004

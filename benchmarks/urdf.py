@@ -8,18 +8,6 @@ import numpy as np
 
 from impulsekit.robot import Robot
 
-__all__ = [
-    "Numbers",
-    "box_moments",
-    "box_shape",
-    "joint_text",
-    "link_text",
-    "one_body",
-    "robot_text",
-    "solid_box",
-    "words",
-]
-
 # Limits of joints that nothing reaches [rad, m].
 FAR = 1e4
 

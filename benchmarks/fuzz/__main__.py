@@ -11,8 +11,6 @@ import click
 from .pool import Finding, fuzz
 from .target import file_of
 
-__all__ = ["main"]
-
 
 @click.command()
 @click.option("--files", default=2000, show_default=True, type=click.IntRange(min=1))

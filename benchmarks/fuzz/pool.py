@@ -18,8 +18,6 @@ from typing import Any
 
 from .target import KINDS, Fault, file_of, forbid_leaving, prepare, try_file
 
-__all__ = ["Finding", "Tally", "fuzz"]
-
 CHUNK = 200
 SECONDS_A_FILE = 20.0
 MEMORY = 6 << 30

@@ -18,11 +18,7 @@ from impulsekit.impact import Impact, solve
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Contact, Scene
 
-from .mutations import mutated
-from .scene_grammar import random_scene
-from .urdf_grammar import random_urdf
-
-__all__ = ["KINDS", "SECRET", "Fault", "file_of", "forbid_leaving", "prepare", "try_file"]
+from .grammar import mutated, random_scene, random_urdf
 
 KINDS = ("urdf", "scene", "changed urdf", "changed scene")
 # Stands in a file that no fuzzed file may get at.

@@ -18,8 +18,6 @@ from impulsekit.scene.constraints import DIRECTIONS
 from ..problems.problem import Problem
 from .method import Answer, Method
 
-__all__ = ["METHODS", "Points"]
-
 
 def _is_blow(problem: Problem) -> bool:
     scene = problem.scene

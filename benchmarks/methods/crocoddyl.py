@@ -29,11 +29,8 @@ from impulsekit.errors import ImpulsekitError
 from impulsekit.scene import Contact
 
 from ..problems.problem import Problem
-from .holds import hold_of, is_fixed, is_held
-from .mechanism import has_plain_joints, mechanism_of
+from .mechanism import has_plain_joints, hold_of, is_fixed, is_held, mechanism_of
 from .method import Answer, Method
-
-__all__ = ["METHODS", "VARIABLE", "set_up"]
 
 VARIABLE = "IMPULSEKIT_CROCODDYL"
 PACKAGES = ("crocoddyl==3.2.1", "pin==4.0.0")

@@ -7,27 +7,60 @@ of other conventions, or to a process with another Pinocchio.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from impulsekit.errors import InputError
-from impulsekit.scene import AppliedImpulse, Contact, JointImpulse
+from impulsekit.scene import AppliedImpulse, Contact, FrameAnchor, JointImpulse, PointAnchor
 from impulsekit.scene.coefficients import restitution_at, static_friction
 
 from ..problems.problem import Problem
 
-__all__ = [
-    "Blow",
-    "Body",
-    "Mechanism",
-    "Touch",
-    "has_plain_joints",
-    "is_blow",
-    "is_landing",
-    "mechanism_of",
-    "third_along",
-]
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """A point of a body held in three rows, or a frame of it in six.
+
+    Attributes:
+        body: its index.
+        rotation, at: (3, 3), (3,) of the frame in the body.
+        rows: 3 or 6.
+    """
+
+    body: int
+    rotation: np.ndarray
+    at: np.ndarray
+    rows: int
+
+
+def hold_of(problem: Problem, entry: Any) -> Hold:
+    """The hold of an anchor, or of a contact whose point sticks."""
+    robot = problem.scene.robot
+    frame = robot.model.frames[robot.frame_id(entry.frame)]
+    return Hold(
+        frame.parentJoint - 1,
+        np.array(frame.placement.rotation),
+        frame.placement.act(np.array(entry.at)),
+        6 if isinstance(entry, FrameAnchor) else 3,
+    )
+
+
+def is_held(problem: Problem, constraint: Any) -> bool:
+    """Whether a constraint holds all of a point or a frame at rest in the world."""
+    if isinstance(constraint, FrameAnchor):
+        whole = len(constraint.directions) == 6
+    else:
+        whole = isinstance(constraint, PointAnchor)
+    still = whole and np.all(np.array(constraint.velocity) == 0.0)
+    return bool(still) and is_fixed(problem, constraint.other)
+
+
+def is_fixed(problem: Problem, frame: str) -> bool:
+    """Whether a frame does not move."""
+    robot = problem.scene.robot
+    return bool(robot.model.frames[robot.frame_id(frame)].parentJoint == 0)
 
 
 @dataclass(frozen=True, eq=False)

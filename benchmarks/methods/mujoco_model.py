@@ -14,18 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .holds import Hold
-from .mechanism import Body, Mechanism, Touch, third_along
-from .restitution import damping_ratio
-
-__all__ = [
-    "CONTACT_TIME",
-    "Jump",
-    "Turned",
-    "mujoco_configuration",
-    "mujoco_loads",
-    "mujoco_model",
-]
+from .mechanism import Body, Hold, Mechanism, Touch, third_along
+from .method import damping_ratio
 
 # Of an impact with restitution [s]: so short that the bodies move by rounding's square root.
 CONTACT_TIME = 1e-7

@@ -21,8 +21,6 @@ from impulsekit.reference import Arithmetic
 from ..problems.problem import Problem
 from .method import Answer, Method
 
-__all__ = ["METHODS", "is_known_blow"]
-
 NUMBA = ("numba",)
 # Of a batch.
 STATES = 1024

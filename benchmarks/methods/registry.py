@@ -9,8 +9,6 @@ from impulsekit.errors import UnknownNameError
 
 from .method import Method
 
-__all__ = ["ROOMS", "few", "method_labelled", "methods"]
-
 # Each file has a tuple METHODS.
 ROOMS = ("own", "bare", "mujoco", "crocoddyl", "exudyn")
 # Ways of the batch that a quick run does without.

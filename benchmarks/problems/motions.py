@@ -12,12 +12,8 @@ from impulsekit.scene import AppliedImpulse, Contact, Scene
 from tests.truths.flight import state_after_flight
 
 from ..urdf import one_body
-from .kept import exact_or_kept
-from .problem import Problem
-from .robots import AT, LINEAR
-from .states import drawn_state
-
-__all__ = ["FRICTION", "SIDE", "SLIDING", "flights", "sliding_blocks", "swings"]
+from .blows import AT, LINEAR
+from .problem import Problem, drawn_state, exact_or_kept
 
 SOURCE = "Kane's equations, integrated in 40 digits"
 TOLERANCE = 1e-8

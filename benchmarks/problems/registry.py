@@ -6,27 +6,25 @@ from collections.abc import Callable, Iterable, Iterator
 
 from impulsekit.errors import UnknownNameError
 
-from . import balls, blocks, chains, feet, linkages, motions, robots, rods, trees
+from . import blows, contacts, motions
 from .problem import Problem
 
-__all__ = ["FAMILIES", "problem_named", "problems"]
-
 FAMILIES: dict[str, Callable[[bool], Iterator[Problem]]] = {
-    "struck chain": chains.struck_chains,
-    "struck pendulum": chains.struck_pendulums,
-    "random tree": trees.random_trees,
-    "struck robot": robots.struck_robots,
-    "held robot": robots.held_robots,
-    "closed chain": linkages.closed_chains,
-    "falling rod": rods.falling_rods,
-    "smooth rod": rods.smooth_rods,
-    "rod along its path": rods.rods_along_the_path,
-    "cradle": balls.cradles,
-    "rocking block": blocks.rocking_blocks,
-    "landing block": blocks.landing_blocks,
-    "foot": feet.single_feet,
-    "feet": feet.feet,
-    "smooth feet": feet.smooth_feet,
+    "struck chain": blows.struck_chains,
+    "struck pendulum": blows.struck_pendulums,
+    "random tree": blows.random_trees,
+    "struck robot": blows.struck_robots,
+    "held robot": blows.held_robots,
+    "closed chain": blows.closed_chains,
+    "falling rod": contacts.falling_rods,
+    "smooth rod": contacts.smooth_rods,
+    "rod along its path": contacts.rods_along_the_path,
+    "cradle": contacts.cradles,
+    "rocking block": contacts.rocking_blocks,
+    "landing block": contacts.landing_blocks,
+    "foot": contacts.single_feet,
+    "feet": contacts.feet,
+    "smooth feet": contacts.smooth_feet,
     "swing": motions.swings,
     "flight": motions.flights,
     "sliding block": motions.sliding_blocks,

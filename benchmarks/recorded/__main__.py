@@ -13,8 +13,6 @@ from benchmarks.recorded.report import measured_report
 from impulsekit.cli.common import bar_on_terminal
 from impulsekit.errors import ImpulsekitError
 
-__all__ = ["main"]
-
 
 def main(arguments: list[str]) -> int:
     """Write the report to stdout; 2 where there is nothing to be read, and why."""

@@ -23,8 +23,6 @@ from impulsekit.measured.order_and_signs import MirroredAxes, find_mirrored
 from impulsekit.robot import Robot
 from impulsekit.scene import Contact, Law, Scene
 
-__all__ = ["Drops", "drop_section", "load_drops"]
-
 # The bodies as published: mass [kg] and inertia about the mass centre over it [m²]; an ellipse with
 # axes of 70 and 50 mm (m (a² + b²)/4), a square of 60 mm (m s²/6).
 MASSES = {"ellipse": 0.037, "square": 0.0485}

@@ -25,8 +25,6 @@ from impulsekit.measured.segments import flights_with_noise
 from impulsekit.robot import Robot
 from impulsekit.scene import Contact, JointSpring, Scene
 
-__all__ = ["ELBOW_COLUMNS", "elbow_scene", "elbow_section", "load_elbow", "windows"]
-
 # Samples a second; numbers of a sample: quaternion wxyz, position, hinge, and their rates.
 RATE, ELBOW_COLUMNS = 148.0, 15
 # Restitution and friction to start from: those of the cube, of the same acrylic and table.

@@ -31,8 +31,6 @@ from impulsekit.scene import (
 )
 from impulsekit.scene.motion import MotionSettings
 
-__all__ = ["Landing", "cassie_scene", "landing_section", "load_landings"]
-
 SIDES = ("left", "right")
 # Columns of a state: quaternion wxyz and place of the pelvis, joints, their rates (angular before
 # linear, in the world); of the torques. As the legend of the data has them.

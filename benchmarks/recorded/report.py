@@ -12,8 +12,6 @@ from benchmarks.recorded.section import Section, joined
 from benchmarks.recorded.tensors import read_tensor
 from impulsekit.errors import FileError, ImpulsekitError, InputError, shown
 
-__all__ = ["find_data", "measured_report"]
-
 # Folders in a folder are looked into so deep.
 DEPTH = 6
 DROPS = ("ellipse_uniform.mat", "squareDataPhilUpdated.mat")

@@ -13,8 +13,6 @@ import numpy as np
 from impulsekit.errors import FileError, shown
 from impulsekit.files import file_told, open_plain_file
 
-__all__ = ["read_tensor"]
-
 # [bytes] A toss has some 20 kB.
 LARGEST = 100_000_000
 

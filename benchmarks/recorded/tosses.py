@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cube import WIDTH, cube_scene
+from benchmarks.motions import WIDTH, cube_scene
 from benchmarks.recorded.section import Section
 from benchmarks.recorded.tensors import read_tensor
 from impulsekit.errors import FileError, InputError, shown
@@ -22,8 +22,6 @@ from impulsekit.measured.recording import Recording
 from impulsekit.measured.rollouts import QUICK, Rollouts
 from impulsekit.robot import Robot
 from impulsekit.scene import Scene
-
-__all__ = ["load_tosses", "toss_section"]
 
 # Samples a second.
 RATE = 148.0

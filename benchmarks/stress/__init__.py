@@ -8,9 +8,7 @@
 Flights (``flights``, ``flown``) are motions, held against exact ones; their errors are times [s].
 Contacts in a plane (``in_plane``, ``enumerated``) are held against all modes of their law, scenes
 written in other ways (``rewritten``, ``mechanisms``, ``struck``) against themselves, and
-scenes of example robots (``robots``) against Kane's equations. Laws that no other program is held
-beside obey their own statements (``statements``), paths at several contacts also the same impact
-followed in time (``paths``).
+scenes of example robots (``robots``) against Kane's equations.
 
 The truth comes from ``impulsekit.reference`` and closed forms in 50 digits, never from doubles.
 """

@@ -6,8 +6,6 @@ import click
 
 from ..command import Command
 
-__all__ = ["main"]
-
 
 @click.command(cls=Command)
 @click.option("--quick", is_flag=True, help="A thirtieth of the scenes.")
@@ -47,9 +45,8 @@ def main(
     from impulsekit.cli.common import is_terminal
     from impulsekit.errors import UnknownNameError
 
-    from .report import HEAD, cells, write_report
+    from .report import HEAD, cells, lines_of, whole_of, write_report
     from .run import ALL, jobs_of, run
-    from .summary import lines_of, whole_of
     from .sweep import Point
 
     if listing:

@@ -21,8 +21,6 @@ from tests.truths.residuals import Residuals
 from .judge import judge
 from .sweep import Case, Point, Sweeps
 
-__all__ = ["SWEEPS", "pin_velocities"]
-
 SWEEPS = Sweeps()
 
 

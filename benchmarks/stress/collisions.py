@@ -20,8 +20,6 @@ from ..urdf import one_body, solid_box
 from .bodies import random_state
 from .sweep import STATES, Case, Sweeps, decades
 
-__all__ = ["SWEEPS"]
-
 SWEEPS = Sweeps()
 DEPTHS = (0.0, *decades(-15, -7, 2), 1e-6, 1e-5, 1e-4, 1e-3)
 

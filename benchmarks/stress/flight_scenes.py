@@ -18,13 +18,8 @@ from impulsekit.robot.combine import combine
 from impulsekit.scene import Collision, Contact, JointStop, Scene
 from tests.truths.flown import Flown, Gap, from_box, from_segment, turned
 
-from .flying_bodies import ball, box, free_body, hung, rod, rounded_rod, slider
+from .bodies import ball, box, free_body, hung, rod, rounded_rod, slider
 from .mechanisms import random_turn
-
-__all__ = [
-    "NEAR", "Flight", "blade", "buffer", "bullet", "graze", "meeting", "stop", "tip",
-    "turning_plane",
-]  # fmt: skip
 
 # Clearances below it ask for places near the origin [m].
 NEAR = 1e-6

@@ -29,8 +29,6 @@ from .flight_scenes import (
 )  # fmt: skip
 from .sweep import Point, Sweep, decades, seen
 
-__all__ = ["SWEEPS", "judged"]
-
 # Times of meeting are right to this [s], and gaps to this [m].
 RIGHT, GAP = 1e-9, 2e-12
 # Of a motion: its own error, over thousands of radians, is to stay below that of the search.

@@ -17,8 +17,6 @@ from tests.truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
 from .sweep import STATES, Case, Sweeps, decades
 
-__all__ = ["SWEEPS"]
-
 SWEEPS = Sweeps()
 
 

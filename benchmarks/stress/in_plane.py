@@ -27,10 +27,8 @@ from tests.truths.numbers import EPS, truth_numbers
 
 from ..urdf import joint_text, link_text, robot_text
 from .judge import BOUND
+from .methods import Told, told, told_by_batch
 from .sweep import STATES, Point, Sweep, seen
-from .told import Told, told, told_by_batch
-
-__all__ = ["SWEEPS", "PlaneScene", "judged", "plane_scene"]
 
 FRICTIONS, RESTITUTIONS = (0.0, 0.3, 0.6, 1.0, 3.0, 10.0), (0.0, 0.3, 0.5, 1.0)
 # Limits of slides [m].

@@ -20,8 +20,6 @@ from tests.truths.numbers import EPS, SMALLEST
 
 from .sweep import StateTruth
 
-__all__ = ["BACKWARD", "BOUND", "ILL_POSED", "Judgement", "judge"]
-
 # In units of condition times eps.
 BOUND = 10.0
 # Where even that allows more than this share, no method can be told right from wrong.

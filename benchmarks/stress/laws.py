@@ -13,8 +13,6 @@ from tests.truths.planar import PlanarImpacts
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweeps, decades
 
-__all__ = ["SWEEPS"]
-
 SWEEPS = Sweeps()
 
 # The thickness of a rod over its length.

@@ -13,8 +13,6 @@ from impulsekit.scene import AppliedImpulse, Contact, JointLock, Law, PointAncho
 
 from ..urdf import joint_text, link_text, robot_text
 
-__all__ = ["Blow", "Chain", "Link", "Pin", "Touch", "World", "built", "chain_sizes", "random_world"]
-
 Array = np.ndarray
 # Limits of joints [rad, m]: nothing gets there.
 FAR = 1e9

@@ -19,8 +19,6 @@ from impulsekit.scene.coefficients import static_friction
 
 from .sweep import Point, Sweeps, seen
 
-__all__ = ["EXACT", "LAWS", "SWEEPS", "breach_of_law", "random_scene"]
-
 ROBOTS = ("double_pendulum", "ur5", "panda", "solo12", "anymal", "allegro_right_hand")
 LAWS = [
     Law(restitution=restitution, slip=slip, order=order)

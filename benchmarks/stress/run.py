@@ -17,8 +17,6 @@ from .judge import Judgement, judge
 from .methods import answers
 from .sweep import Case, Point, Sweep
 
-__all__ = ["ALL", "jobs_of", "run", "solved_case", "sweep_named"]
-
 
 def _all() -> tuple[Sweep, ...]:
     from . import (
@@ -28,12 +26,9 @@ def _all() -> tuple[Sweep, ...]:
         held,
         in_plane,
         laws,
-        paths,
         rewritten,
         robots,
         sequences,
-        statements,
-        struck,
         touched,
         trees,
     )
@@ -49,10 +44,7 @@ def _all() -> tuple[Sweep, ...]:
         *flights.SWEEPS,
         *in_plane.SWEEPS,
         *rewritten.SWEEPS,
-        *struck.SWEEPS,
         *robots.SWEEPS,
-        *statements.SWEEPS,
-        *paths.SWEEPS,
     )
 
 

@@ -15,8 +15,6 @@ from .strikes import Strikes
 from .sweep import STATES, Case, Sweeps, decades
 from .touched import falling
 
-__all__ = ["SWEEPS"]
-
 SWEEPS = Sweeps()
 
 RADIUS = 0.25

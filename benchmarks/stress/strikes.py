@@ -24,8 +24,6 @@ from tests.truths.found import Exact, Found
 from tests.truths.mechanics import Mechanics, SceneMechanics
 from tests.truths.strike import Block, strikes
 
-__all__ = ["Strikes"]
-
 # More than any sequence that ends in doubles takes down to ``AT_REST``.
 MOST_HITS = 15_000
 # Approaches this near to each other are struck in either order: relative, and how often.

@@ -14,8 +14,6 @@ from impulsekit.scene import Scene
 from tests.truths.found import Exact, Found
 from tests.truths.residuals import Residuals
 
-__all__ = ["STATES", "Case", "Point", "Sweep", "Sweeps", "Truth", "decades", "seen"]
-
 # Of a case, as a rule.
 STATES = 6
 

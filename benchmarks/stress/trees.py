@@ -14,8 +14,6 @@ from tests.truths.impacts import Impacts
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweeps, decades
 
-__all__ = ["SWEEPS"]
-
 SWEEPS = Sweeps()
 
 ROOTS = ("fixed", "planar", "freeflyer")

@@ -6,7 +6,7 @@ import json
 import sys
 from typing import Any
 
-from benchmarks.problems.kept import FOLDER, digest, kept, path_of
+from benchmarks.problems.problem import FOLDER, digest, kept, path_of
 from benchmarks.problems.registry import problems
 
 __all__ = ["decimals", "main"]

@@ -11,18 +11,14 @@ import pytest
 from click.testing import CliRunner
 
 from benchmarks.__main__ import main
-from benchmarks.about import about
-from benchmarks.claim import Claim
 from benchmarks.claims import LONG_SECTIONS, SECTIONS, TABLE, OfProblem, claims
-from benchmarks.diagrams import draw
 from benchmarks.methods.method import Method
 from benchmarks.methods.registry import few, methods
-from benchmarks.problems.chains import chain_problem
+from benchmarks.problems.blows import chain_problem
 from benchmarks.problems.registry import problem_named, problems
-from benchmarks.report import main_table
-from benchmarks.rows import read_table, write_table
-from benchmarks.run import Effort, measure
-from benchmarks.timing import Ratio, Times, Timing, time_in_turn
+from benchmarks.report import draw, main_table
+from benchmarks.run import Effort, about, measure, read_table, write_table
+from benchmarks.timing import Claim, Ratio, Times, Timing, time_in_turn
 from impulsekit.errors import UnknownNameError
 
 SHORT = Effort(rounds=3, seconds=1e-4, longest=0.01)

@@ -9,8 +9,7 @@ import pytest
 
 from benchmarks.methods import crocoddyl
 from benchmarks.methods.mechanism import mechanism_of
-from benchmarks.methods.method import Method
-from benchmarks.methods.restitution import damping_ratio, restitution_of
+from benchmarks.methods.method import Method, damping_ratio, restitution_of
 from benchmarks.problems.problem import Problem
 from benchmarks.problems.registry import problems
 from benchmarks.timing import TimesItself, time_in_turn

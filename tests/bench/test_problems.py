@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from benchmarks.problems import kept
-from benchmarks.problems.chains import chain_problem, pendulum_problem
+from benchmarks.problems import problem as kept
+from benchmarks.problems.blows import (
+    chain_problem,
+    pendulum_problem,
+    random_tree_urdf,
+    tree_problem,
+)
 from benchmarks.problems.motions import swings
 from benchmarks.problems.registry import FAMILIES, problems
-from benchmarks.problems.trees import random_tree_urdf, tree_problem
 from impulsekit.errors import UnknownNameError
 from impulsekit.reference import Arithmetic
 from tests.bench.answers import decimals

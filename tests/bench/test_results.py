@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchmarks.problems.registry import problems
 from benchmarks.report import main_table, problem_table
-from benchmarks.rows import Row, read_table
+from benchmarks.run import Row, read_table
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks/results"

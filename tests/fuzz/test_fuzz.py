@@ -11,10 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.fuzz import pool, target
-from benchmarks.fuzz.mutations import mutated
-from benchmarks.fuzz.scene_grammar import random_scene
+from benchmarks.fuzz.grammar import mutated, random_scene, random_urdf
 from benchmarks.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
-from benchmarks.fuzz.urdf_grammar import random_urdf
 
 QUIET = settings(
     max_examples=60,

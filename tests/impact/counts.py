@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
-from benchmarks.problems.feet import CORNERS, SOLES
-from benchmarks.problems.robots import AT, LINEAR
-from benchmarks.problems.states import drawn_state
+from benchmarks.problems.blows import AT, LINEAR
+from benchmarks.problems.contacts import CORNERS, SOLES
+from benchmarks.problems.problem import drawn_state
 from impulsekit.chain import pendulum_urdf
 from impulsekit.impact import solve
 from impulsekit.robot import Robot

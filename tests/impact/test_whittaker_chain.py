@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from benchmarks.problems.chains import chain_problem, pendulum_problem
+from benchmarks.problems.blows import chain_problem, pendulum_problem
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 
 

@@ -8,7 +8,7 @@ import types
 import numpy as np
 import pytest
 
-from benchmarks.cube import cube_scene
+from benchmarks.motions import cube_scene
 from benchmarks.recorded.__main__ import main
 from benchmarks.recorded.tensors import read_tensor
 from benchmarks.recorded.tosses import load_tosses
