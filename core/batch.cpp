@@ -8,9 +8,10 @@
 #include <thread>
 
 #include "articulated.hpp"
-#include "impact.hpp"
+#include "blows.hpp"
 #include "laws/tolerances.hpp"
 #include "rows.hpp"
+#include "scene_impact.hpp"
 #include "tree.hpp"
 
 namespace impulsekit {
@@ -160,24 +161,6 @@ class Block {
         return {own.mass + more.mass, own.moment + more.moment, own.about + more.about};
     }
 
-    // The wrench of a blow about its body's origin, R to the axes in which it is wanted.
-    Spatial<Pack> blow_on(std::size_t i, const Mat3<Pack>& world, bool in_body) const {
-        const Blow& blow = scene_.blows[i];
-        const Pack* p = given_.data() + 6 * i;
-        Vec3<Pack> f{p[0], p[1], p[2]}, m{p[3], p[4], p[5]};
-        const Vec3<Pack> point = vec3<Pack>(blow.site.point);
-        if (blow.is_local) {
-            const Mat3<Pack> axes = mat3<Pack>(blow.site.axes);
-            f = axes * f;
-            m = axes * m;
-            if (!in_body) f = world * f, m = world * m;
-        } else if (in_body) {
-            f = back(world, f);
-            m = back(world, m);
-        }
-        return {f, m + cross(in_body ? point : world * point, f)};
-    }
-
     // Known impulses on a tree without rows.
     void strike_freely() {
         auto& a = articulated_;
@@ -195,7 +178,8 @@ class Block {
             std::fill(a.wrench.begin(), a.wrench.end(), Spatial<Pack>{});
             for (std::size_t i = 0; i < scene_.blows.size(); ++i) {
                 const int body = scene_.blows[i].site.body;
-                a.wrench[body] += blow_on(i, tree_.rotation[body], true);
+                a.wrench[body] +=
+                    wrench_of(scene_.blows[i], given_.data() + 6 * i, tree_.rotation[body], true);
             }
         };
         press();
@@ -220,7 +204,7 @@ class Block {
         for (int k = 1; k < tree_.count(); ++k)
             tree_.gathered[k] = tree_.in_world(k, inertia_at(k));
         tree_.mass_matrix(M_.data());
-        press_blows();
+        press_blows(scene_, given_.data(), tree_);
         tree_.gather(impulse_.data());
         for (int i = 0; i < model_.nv; ++i) impulse_[i] += tau_[i];
         for (int k = 0; k < kLanes; ++k) state_[k] = given_of(row_of(k));
@@ -231,14 +215,6 @@ class Block {
         std::fill(dv_.begin(), dv_.end(), Pack{});
         for (int k = 0; k < count_; ++k)
             if (b_.out.codes[first_ + k] == 0) solve_lane(k);
-    }
-
-    void press_blows() {
-        std::fill(tree_.wrench.begin(), tree_.wrench.end(), Spatial<Pack>{});
-        for (std::size_t i = 0; i < scene_.blows.size(); ++i) {
-            const int body = scene_.blows[i].site.body;
-            tree_.wrench[body] += blow_on(i, tree_.rotation[body], false);
-        }
     }
 
     GivenState given_of(int row) const {
@@ -265,21 +241,11 @@ class Block {
         double *M = numbers_.data(), *v = M + nv * nv, *blow = v + nv;
         for (int i = 0; i < nv * nv; ++i) M[i] = get(M_[i], k);
         for (int i = 0; i < nv; ++i) v[i] = get(v_[i], k), blow[i] = get(impulse_[i], k);
-        ImpactProblem p;
-        p.nv = nv;
+        ImpactProblem p = problem_of(scene_, lane_, b_.law->law);
         p.M = M;
-        p.parent = model_.parent_v.data();
         p.v = v;
         if (!given_.empty()) p.impulse = blow;
-        p.bilateral = scene_.rows();
-        p.A = lane_.A.data();
-        p.target = lane_.target.data();
-        p.vectors = scene_.vectors.data();
-        p.passive = scene_.passive.data();
-        p.locks = scene_.locks.data();
-        p.J = lane_.J.data();
-        p.law = b_.law->law;
-        set_coefficients(p, row);
+        coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
         solve_impact(p, solution_);
         code = code_of(solution_);
         if (solution_.failure != ImpactSolution::Failure::none) return;
@@ -296,54 +262,6 @@ class Block {
             std::max({s.momentum_residual, s.constraint_residual, s.contact_residual});
         if (!(worst <= tolerance::inaccurate)) return kInaccurate;
         return s.nearly_dependent ? kNearlyDependent : 0;
-    }
-
-    // Coefficients of the points that touch.
-    void set_coefficients(ImpactProblem& p, int row) {
-        const std::size_t n = lane_.points.size(), turning = lane_.turning_of.size();
-        const double *e = b_.in.restitution.row(row), *mu = b_.in.friction.row(row);
-        coefficients_.resize(5 * n + 2 * turning);
-        double *restitution = coefficients_.data(), *friction = restitution + n,
-               *tangential = friction + n, *stiffness = tangential + n, *adhesion = stiffness + n,
-               *rolling = adhesion + n, *torsion = rolling + turning;
-        models_.resize(b_.law->has_models && !mu ? n : 0);
-        for (std::size_t i = 0; i < n; ++i) {
-            const StateRows::Point& point = lane_.points[i];
-            const ContactCoefficients& own = b_.law->contacts[point.entry];
-            if (e) {
-                restitution[i] = e[point.entry];
-            } else {
-                double approach = 0.0;
-                const double* normal = p.J + (3 * i + 2) * p.nv;
-                for (int j = 0; j < p.nv; ++j) approach -= normal[j] * p.v[j];
-                restitution[i] = own.restitution.at(std::max(approach, 0.0));
-            }
-            friction[i] = mu ? mu[point.entry] : own.friction;
-            tangential[i] = own.tangential;
-            stiffness[i] = own.stiffness;
-            adhesion[i] = own.adhesion;
-            if (models_.empty()) continue;
-            models_[i] = own.model;
-            models_[i].axis[0] = point.ellipse[0];
-            models_[i].axis[1] = point.ellipse[1];
-        }
-        for (std::size_t i = 0; i < turning; ++i) {
-            const auto& own = b_.law->contacts[lane_.points[lane_.turning_of[i]].entry];
-            rolling[i] = own.rolling;
-            torsion[i] = own.torsion;
-        }
-        ContactProblem& c = p.contact;
-        c.contacts = static_cast<int>(n);
-        c.turning = static_cast<int>(turning);
-        c.restitution = restitution;
-        c.friction = friction;
-        c.tangential = tangential;
-        if (p.law.restitution == Restitution::lzb) c.stiffness = stiffness;
-        if (b_.law->has_adhesion) c.adhesion = adhesion;
-        c.turning_of = lane_.turning_of.data();
-        c.rolling = rolling;
-        c.torsion = torsion;
-        if (!models_.empty()) c.models = models_.data();
     }
 
     // Bring what was found back into the lane, and out.
@@ -433,7 +351,7 @@ class Block {
     // What each joint carries, and how links move.
     void load() {
         tree_.move(dv_.data());
-        press_blows();
+        press_blows(scene_, given_.data(), tree_);
         if (!by_articulated_)
             rows_.press(tree_, impulses_.data(), moments_.data(), multipliers_.data());
         for (int k = 1; k < tree_.count(); ++k)
@@ -472,9 +390,9 @@ class Block {
     GivenState state_[kLanes];
     StateRows lane_;
     ImpactSolution solution_;
-    std::vector<double> numbers_, coefficients_, totals_;
+    std::vector<double> numbers_, totals_;
+    PointCoefficients coefficients_;
     std::vector<int> loaded_;
-    std::vector<Friction> models_;
 };
 
 // Pieces of a batch, handed to whoever asks; the first exception ends it.
@@ -508,16 +426,6 @@ struct Work {
 };
 
 }  // namespace
-
-double BySpeed::at(double speed) const {
-    if (function) return function(speed);
-    if (speeds.empty()) return speed >= capture ? value : 0.0;
-    const std::size_t i = std::upper_bound(speeds.begin(), speeds.end(), speed) - speeds.begin();
-    if (i == 0) return values.front();
-    if (i == speeds.size()) return values.back();
-    const double slope = (values[i] - values[i - 1]) / (speeds[i] - speeds[i - 1]);
-    return slope * (speed - speeds[i - 1]) + values[i - 1];
-}
 
 void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& look) {
     const int blocks = (batch.in.size + kLanes - 1) / kLanes;

@@ -6,34 +6,10 @@
 #include <functional>
 #include <vector>
 
-#include "laws/problem.hpp"
+#include "coefficients.hpp"
 #include "scene.hpp"
 
 namespace impulsekit {
-
-// A coefficient that is a number, or one that changes with the speed: zero below a capture speed,
-// by a table, linear between its points, or by a function.
-struct BySpeed {
-    double value = 0.0, capture = 0.0;
-    std::vector<double> speeds, values;
-    std::function<double(double)> function;
-
-    double at(double speed) const;
-};
-
-// The coefficients of one contact of a scene.
-struct ContactCoefficients {
-    BySpeed restitution;
-    double friction = 0.0, tangential = 0.0, stiffness = 0.0, adhesion = 0.0;
-    double rolling = 0.0, torsion = 0.0;
-    Friction model;
-};
-
-struct ContactLaw {
-    Law law;
-    std::vector<ContactCoefficients> contacts;
-    bool has_models = false, has_adhesion = false;
-};
 
 // A link, by the body that carries it and its mass centre there.
 struct Link {

@@ -57,11 +57,32 @@ class Impact {
         s_.before.assign(rows_, 0.0);
         s_.contact = ContactSolution();
         for (int r = 0; r < rows_; ++r) s_.before[r] = dot(p_.J + r * nv_, p_.v, nv_);
+        leave_untouched();
         if (!factor_mass() || !hold() || !touch()) return;
         finish();
     }
 
   private:
+    // Trees that nothing touches stay as they are, whatever their inertia.
+    void leave_untouched() {
+        int* tree = scratch().take_int(nv_);
+        int* touched = scratch().take_int(nv_);
+        for (int k = 0; k < nv_; ++k) tree[k] = p_.parent[k] < 0 ? k : tree[p_.parent[k]];
+        auto touch = [&](const double* rows, int count) {
+            for (int r = 0; r < count; ++r)
+                for (int k = 0; k < nv_; ++k)
+                    if (rows[r * nv_ + k] != 0.0) touched[tree[k]] = 1;
+        };
+        touch(p_.A, m_);
+        touch(p_.J, rows_);
+        if (p_.impulse) touch(p_.impulse, 1);
+        for (int i = 0; i < nv_; ++i) {
+            if (touched[tree[i]]) continue;
+            std::fill(M_ + i * nv_, M_ + (i + 1) * nv_, 0.0);
+            M_[i * nv_ + i] = 1.0;
+        }
+    }
+
     // Factor M, or M + UᵀU with the bilateral rows U of unit length where M alone is singular: with
     // A Δv = c prescribed, (M + UᵀU) Δv = I + Uᵀ u + Aᵀλ has the same solution.
     bool factor_mass() {
@@ -112,16 +133,19 @@ class Impact {
         half_ = scratch().take(m_ * nv_);
         std::copy(p_.A, p_.A + m_ * nv_, half_);
         for (int r = 0; r < m_; ++r) mass_.half(half_ + r * nv_);
-        held_ = std::make_unique<BilateralRows>(half_, m_, nv_, p_.vectors);
+        held_ = std::make_unique<BilateralRows>(half_, m_, nv_, p_.vectors, p_.wider);
         s_.nearly_dependent = held_->nearly_dependent();
         s_.unique = held_->unique();
         double *wanted = scratch().take(m_), *lacking = scratch().take(m_);
+        double* free = scratch().take(nv_);
+        std::copy(start_, start_ + nv_, free);
+        mass_.rest(free);
         double speed = 0.0;
         for (int r = 0; r < m_; ++r) {
-            double moved = dot(half_ + r * nv_, start_, nv_);
-            wanted[r] = asked_[r] - moved;
-            speed = std::max(speed, std::abs(moved) + std::abs(asked_[r]) +
-                                        terms_of(p_.A + r * nv_, p_.v, s_.dv.data(), nv_));
+            const double* row = half_ + r * nv_;
+            wanted[r] = asked_[r] - dot(row, start_, nv_);
+            double terms = terms_of(p_.A + r * nv_, p_.v, free, nv_);
+            speed = std::max(speed, std::abs(asked_[r]) + terms * (p_.wider ? p_.wider[r] : 1.0));
         }
         held_->solve(wanted, s_.multipliers.data(), lacking);
         double worst = largest(lacking, m_);

@@ -20,6 +20,7 @@ struct ImpactProblem {
     const double* A = nullptr;       // (bilateral, nv)
     const double* target = nullptr;  // (bilateral) b, the rows' velocities after the impact
     const int* vectors = nullptr;  // (bilateral) a number for each, the same for axes of one vector
+    const double* wider = nullptr;  // (bilateral) see StateRows; null where all are 1
     const char* passive =
         nullptr;                 // (bilateral) whether a row is brought to rest: nothing drives it
     const int* locks = nullptr;  // (bilateral) the one degree of freedom a row prescribes, or −1

@@ -69,6 +69,22 @@ struct Dual {
     friend Dual operator-(double a, const Dual& b) { return along(a - b.value, -1.0, b); }
     friend Dual operator*(double a, const Dual& b) { return b * a; }
     friend Dual operator-(const Dual& a) { return along(-a.value, -1.0, a); }
+    friend Dual operator/(double a, const Dual& b) {
+        return along(a / b.value, -a / (b.value * b.value), b);
+    }
+    // Compared by the value alone.
+    friend bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
+    friend bool operator<(const Dual& a, double b) { return a.value < b; }
+    friend bool operator<(double a, const Dual& b) { return a < b.value; }
+    friend bool operator>(const Dual& a, const Dual& b) { return a.value > b.value; }
+    friend bool operator>(const Dual& a, double b) { return a.value > b; }
+    friend bool operator>(double a, const Dual& b) { return a > b.value; }
+    friend bool operator<=(const Dual& a, const Dual& b) { return a.value <= b.value; }
+    friend bool operator<=(const Dual& a, double b) { return a.value <= b; }
+    friend bool operator<=(double a, const Dual& b) { return a <= b.value; }
+    friend bool operator>=(const Dual& a, const Dual& b) { return a.value >= b.value; }
+    friend bool operator>=(const Dual& a, double b) { return a.value >= b; }
+    friend bool operator>=(double a, const Dual& b) { return a >= b.value; }
     Dual& operator+=(const Dual& b) { return *this = *this + b; }
     Dual& operator-=(const Dual& b) { return *this = *this - b; }
 
@@ -83,6 +99,13 @@ struct Dual {
         for (int i = 0; i < N; ++i) d.slope[i] = x * a.slope[i] + y * b.slope[i];
         return d;
     }
+};
+
+template <int N>
+struct Number<Dual<N>> {
+    static constexpr int lanes = 1;
+    static double get(const Dual<N>& x, int) { return x.value; }
+    static void set(Dual<N>& x, int, double value) { x.value = value; }
 };
 
 inline double root(double x) { return std::sqrt(x); }

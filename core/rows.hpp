@@ -30,12 +30,14 @@ class Rows {
     const Scene& scene;
     std::vector<S> A;       // (rows, nv)
     std::vector<S> target;  // (rows)
+    std::vector<S> wider;   // (rows), see StateRows
     std::vector<Touch<S>> touches;
     std::vector<S> J;                 // (3 touches, nv)
     std::vector<S> turning;           // (3 touches, nv) of the relative angular velocity
     bool has_line[Number<S>::lanes];  // false where two points of a line coincide
 
-    explicit Rows(const Scene& s) : scene(s), A(s.rows() * s.model->nv), target(s.rows()) {}
+    explicit Rows(const Scene& s)
+        : scene(s), A(s.rows() * s.model->nv), target(s.rows()), wider(s.rows()) {}
 
     // All rows at q, v; the tree with places and columns there. `given`: one of each lane.
     void fill(const Tree<S>& tree, const S* q, const S* v, const GivenState* given) {
@@ -53,8 +55,16 @@ class Rows {
         to.touch_of.clear();
         to.A.resize(A.size());
         to.target.resize(target.size());
+        to.wider.resize(wider.size());
+        to.yielded.clear();
         for (std::size_t i = 0; i < A.size(); ++i) to.A[i] = get(A[i], k);
-        for (std::size_t i = 0; i < target.size(); ++i) to.target[i] = get(target[i], k);
+        for (std::size_t i = 0; i < target.size(); ++i) {
+            to.target[i] = get(target[i], k);
+            to.wider[i] = get(wider[i], k);
+        }
+        for (const Held& held : scene.held)
+            if (held.stop >= 0 && to.A[held.row * nv() + held.terms[0].v] == 0.0)
+                to.yielded.push_back(held.row);
         to.without_line = has_line[k] ? -1 : 0;
         to.without_ellipse = -1;
         for (std::size_t i = 0; i < touches.size(); ++i) {
@@ -103,11 +113,18 @@ class Rows {
         }
     }
 
+    // The six rows (6, nv) of a pair at a placed tree.
+    const std::vector<S>& rows_of(const Tree<S>& tree, const Pair& pair) {
+        write_six(tree, pair, ends_of(tree, pair));
+        return six_;
+    }
+
   private:
-    // Both points of a pair in the world, and R.
+    // Both points of a pair in the world and from the origins of their bodies, and R.
     struct Ends {
         Vec3<S> place, other_place;
         Mat3<S> axes;
+        Vec3<S> arm, other_arm;
     };
 
     int nv() const { return scene.model->nv; }
@@ -156,8 +173,13 @@ class Rows {
     }
 
     Ends ends_of(const Tree<S>& tree, const Pair& pair) const {
-        Ends ends{place_of(tree, pair.first), {}, mat3<S>(pair.axes)};
-        ends.other_place = pair.coincides ? ends.place : place_of(tree, pair.other);
+        Ends ends;
+        ends.axes = mat3<S>(pair.axes);
+        ends.arm = tree.rotation[pair.first.body] * vec3<S>(pair.first.point);
+        ends.place = tree.origin[pair.first.body] + ends.arm;
+        ends.other_arm = tree.rotation[pair.other.body] * vec3<S>(pair.other.point);
+        ends.other_place = tree.origin[pair.other.body] + ends.other_arm;
+        if (pair.coincides) meet(tree, pair.other.body, ends);
         if (pair.carrier == Carrier::first || pair.carrier == Carrier::other) {
             const Site& site = pair.carrier == Carrier::first ? pair.first : pair.other;
             ends.axes = tree.rotation[site.body] * (mat3<S>(site.axes) * ends.axes);
@@ -169,14 +191,38 @@ class Rows {
         return ends;
     }
 
+    // Let the other point be that which coincides with the first.
+    static void meet(const Tree<S>& tree, int other, Ends& ends) {
+        ends.other_place = ends.place;
+        ends.other_arm = ends.place - tree.origin[other];
+    }
+
     // Contact axes on the normals of all lanes.
     static void set_axes(Mat3<S>& axes, const Vec3<S>& normal) {
-        for (int k = 0; k < lanes; ++k) {
-            const Mat3<double> own =
-                contact_axes({get(normal.x, k), get(normal.y, k), get(normal.z, k)});
-            put(axes.x, k, own.x);
-            put(axes.y, k, own.y);
-            put(axes.z, k, own.z);
+        if constexpr (lanes == 1) {
+            axes = contact_axes(normal);
+        } else {
+            for (int k = 0; k < lanes; ++k) {
+                const Mat3<double> own = contact_axes(get(normal, k));
+                put(axes.x, k, own.x);
+                put(axes.y, k, own.y);
+                put(axes.z, k, own.z);
+            }
+        }
+    }
+
+    // Where a ball meets a shape, lane by lane.
+    static void meet(const Ball& ball, const Vec3<S>& centre, Vec3<S>& point, Vec3<S>& normal,
+                     S& gap) {
+        if constexpr (lanes == 1) {
+            gap = meet_ball(ball, centre, point, normal);
+        } else {
+            for (int k = 0; k < lanes; ++k) {
+                Vec3<double> own, along;
+                Number<S>::set(gap, k, meet_ball(ball, get(centre, k), own, along));
+                put(point, k, own);
+                put(normal, k, along);
+            }
         }
     }
 
@@ -197,30 +243,31 @@ class Rows {
     }
 
     // Call add(slot, velocity, spin) for the share of every slot in w = v − v' and ω − ω'. Of a
-    // body that carries both points only their distance tells.
+    // body that carries both points only their distance tells. Arms are summed up joint by joint:
+    // however far away a robot stands, its places cost no digits.
     template <typename Add>
-    void for_slots(const Tree<S>& tree, int first, int other, const Vec3<S>& place,
-                   const Vec3<S>& other_place, bool coincides, Add add) const {
+    void for_slots(const Tree<S>& tree, int first, int other, Ends ends, bool coincides,
+                   Add add) const {
         const std::vector<Body>& bodies = scene.model->bodies;
-        const Vec3<S> between = place - other_place;
         while (first > 0 || other > 0) {
             if (first == other) {
                 if (coincides) return;
+                const Vec3<S> between = ends.place - ends.other_place;
                 each_slot(tree, first, [&](int a, const Spatial<S>& c) {
                     add(a, cross(c.angular, between), Vec3<S>{});
                 });
                 first = other = bodies[first].parent;
             } else if (first > other) {
-                const Vec3<S> arm = place - tree.origin[first];
                 each_slot(tree, first, [&](int a, const Spatial<S>& c) {
-                    add(a, c.linear + cross(c.angular, arm), c.angular);
+                    add(a, c.linear + cross(c.angular, ends.arm), c.angular);
                 });
+                ends.arm += tree.arm[first];
                 first = bodies[first].parent;
             } else {
-                const Vec3<S> arm = other_place - tree.origin[other];
                 each_slot(tree, other, [&](int a, const Spatial<S>& c) {
-                    add(a, -(c.linear + cross(c.angular, arm)), -c.angular);
+                    add(a, -(c.linear + cross(c.angular, ends.other_arm)), -c.angular);
                 });
+                ends.other_arm += tree.arm[other];
                 other = bodies[other].parent;
             }
         }
@@ -234,6 +281,7 @@ class Rows {
 
     void hold(const Tree<S>& tree, const S* v, const GivenState* given) {
         std::fill(A.begin(), A.end(), S{});
+        std::fill(wider.begin(), wider.end(), number<S>(1.0));
         int function = 0;
         for (const Held& held : scene.held) {
             S* rows = A.data() + held.row * nv();
@@ -258,17 +306,49 @@ class Rows {
     }
 
     void hold_pair(const Tree<S>& tree, const Held& held, S* rows) {
-        const Pair& pair = held.frames;
-        const Ends ends = ends_of(tree, pair);
-        if (pair.carrier == Carrier::line) check_line(ends);
-        for_slots(tree, pair.first.body, pair.other.body, ends.place, ends.other_place,
-                  pair.coincides, [&](int a, const Vec3<S>& w, const Vec3<S>& spin) {
+        const Ends ends = ends_of(tree, held.frames);
+        if (held.frames.carrier == Carrier::line) check_line(ends);
+        write_six(tree, held.frames, ends);
+        S squares[6] = {};
+        for (int r = 0; r < 6; ++r)
+            for (int i = 0; i < nv(); ++i) squares[r] += six_[r * nv() + i] * six_[r * nv() + i];
+        for (int r = 0; r < held.count; ++r)
+            std::copy_n(six_.begin() + held.select[r] * nv(), nv(), rows + r * nv());
+        widen(held, squares, 1e-14 * (number<S>(1.0) + root(dot(ends.place, ends.place))));
+    }
+
+    // All six rows of a pair.
+    void write_six(const Tree<S>& tree, const Pair& pair, const Ends& ends) {
+        six_.assign(6 * nv(), S{});
+        for_slots(tree, pair.first.body, pair.other.body, ends, pair.coincides,
+                  [&](int a, const Vec3<S>& w, const Vec3<S>& spin) {
                       const Vec3<S> u = back(ends.axes, w), turns = back(ends.axes, spin);
                       const S all[6] = {u.x, u.y, u.z, turns.x, turns.y, turns.z};
                       const int at = scene.model->slots[a].v;
-                      for (int r = 0; r < held.count; ++r)
-                          rows[r * nv() + at] += all[held.select[r]];
+                      for (int r = 0; r < 6; ++r) six_[r * nv() + at] += all[r];
                   });
+    }
+
+    // A vector is as long as its longest axis, held or not; of one shorter than `least` [m] only
+    // rounding is left.
+    void widen(const Held& held, const S* squares, const S& least) {
+        for (int k = 0; k < lanes; ++k) {
+            const double bars[2] = {get(least, k), 1e-14};
+            double longest[2] = {}, own[2] = {};
+            for (int r = 0; r < 6; ++r)
+                longest[r / 3] = std::max(longest[r / 3], get(squares[r], k));
+            for (int r = 0; r < held.count; ++r) {
+                const int axis = held.select[r];
+                own[axis / 3] = std::max(own[axis / 3], get(squares[axis], k));
+            }
+            for (int r = 0; r < held.count; ++r) {
+                const int vector = held.select[r] / 3;
+                const double ratio = own[vector] > 0.0 ? longest[vector] / own[vector] : 1.0;
+                Number<S>::set(wider[held.row + r], k, std::sqrt(ratio));
+                if (longest[vector] > bars[vector] * bars[vector]) continue;
+                for (int i = 0; i < nv(); ++i) Number<S>::set(A[(held.row + r) * nv() + i], k, 0.0);
+            }
+        }
     }
 
     void check_line(const Ends& ends) {
@@ -347,13 +427,15 @@ class Rows {
             Vec3<S> own;
             for (int k = 0; k < lanes; ++k) put(own, k, vec3<double>(given[k].points + 3 * point));
             const Mat3<S> turn = mat3<S>(scene.model->bodies[site.body].turn);
-            ends.place = tree.origin[site.body] + tree.rotation[site.body] * back(turn, own);
+            ends.arm = tree.rotation[site.body] * back(turn, own);
+            ends.place = tree.origin[site.body] + ends.arm;
+            meet(tree, contact.frames.other.body, ends);
         }
         Touch<S>& t = new_touch(entry);
         t.axes = ends.axes;
         t.place = t.other_place = ends.place;
         t.gap = dot(ends.axes.z, ends.place - place_of(tree, contact.frames.other));
-        write_pair(tree, contact, true);
+        write_pair(tree, contact, ends, true);
     }
 
     void touch_rope(const Tree<S>& tree, const Contact& contact, int entry) {
@@ -366,7 +448,7 @@ class Rows {
         t.other_place = ends.other_place;
         t.gap = contact.limit - root(dot(way, way));
         close(t, contact.limit);
-        write_pair(tree, contact, false);
+        write_pair(tree, contact, ends, false);
         // Nothing acts across a rope.
         S* rows = last_rows(J);
         std::fill(rows, rows + 2 * nv(), S{});
@@ -403,17 +485,11 @@ class Rows {
         const Vec3<S> centre = back(axes, place_of(tree, site) - at);
         Vec3<S> point, normal;
         Touch<S>& t = new_touch(entry);
-        for (int k = 0; k < lanes; ++k) {
-            Vec3<double> own, along;
-            const double gap = meet_ball(contact.shape, get(centre, k), own, along);
-            put(point, k, own);
-            put(normal, k, along);
-            Number<S>::set(t.gap, k, gap);
-            t.touches[k] = gap <= contact.limit;
-        }
+        meet(contact.shape, centre, point, normal, t.gap);
+        for (int k = 0; k < lanes; ++k) t.touches[k] = get(t.gap, k) <= contact.limit;
         t.place = t.other_place = at + axes * point;
         set_axes(t.axes, axes * (normal * number<S>(contact.shape.sign)));
-        write_pair(tree, contact, true, contact.shape.sign < 0.0);
+        write_met(tree, contact, contact.shape.sign < 0.0);
     }
 
     // As many points as the lane with the most of them has.
@@ -442,20 +518,34 @@ class Rows {
             }
             t.other_place = t.place;
             set_axes(t.axes, normal);
-            write_pair(tree, contact, true);
+            write_met(tree, contact, false);
         }
     }
 
-    // Rows of the last touch, a pair of bodies at its place. `swapped`: the other receives.
-    void write_pair(const Tree<S>& tree, const Contact& contact, bool coincides,
-                    bool swapped = false) {
+    // Rows of the last touch, where two bodies meet at its place. `swapped`: the other receives.
+    void write_met(const Tree<S>& tree, const Contact& contact, bool swapped) {
+        int first = contact.frames.first.body, other = contact.frames.other.body;
+        if (swapped) std::swap(first, other);
+        Ends ends;
+        ends.place = touches.back().place;
+        ends.arm = ends.place - tree.origin[first];
+        meet(tree, other, ends);
+        write_rows(tree, contact, first, other, ends, true);
+    }
+
+    void write_pair(const Tree<S>& tree, const Contact& contact, const Ends& ends, bool coincides) {
+        write_rows(tree, contact, contact.frames.first.body, contact.frames.other.body, ends,
+                   coincides);
+    }
+
+    void write_rows(const Tree<S>& tree, const Contact& contact, int first, int other,
+                    const Ends& ends, bool coincides) {
         Touch<S>& t = touches.back();
         t.of_bodies = true;
-        t.first = contact.frames.first.body;
-        t.other = contact.frames.other.body;
-        if (swapped) std::swap(t.first, t.other);
+        t.first = first;
+        t.other = other;
         S *rows = last_rows(J), *turns = last_rows(turning);
-        for_slots(tree, t.first, t.other, t.place, t.other_place, coincides,
+        for_slots(tree, first, other, ends, coincides,
                   [&](int a, const Vec3<S>& w, const Vec3<S>& spin) {
                       const int at = scene.model->slots[a].v;
                       const Vec3<S> u = back(t.axes, w);
@@ -485,6 +575,8 @@ class Rows {
         if (largest(2 * nv(), 3 * nv()) <= least) clear(2 * nv(), 3 * nv());
         if (largest(0, 2 * nv()) <= least) clear(0, 2 * nv());
     }
+
+    std::vector<S> six_;
 };
 
 }  // namespace impulsekit

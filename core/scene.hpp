@@ -50,11 +50,12 @@ struct Held {
 
 // A ball and what may touch it (the other of its pair, whose axes are those of the shape).
 struct Ball {
-    enum Kind { ball, box, cylinder, capsule };
+    enum Kind { ball, box, cylinder, capsule, plane };
     Kind kind = ball;
     double radius = 0.0;
-    double size[3] = {};  // of the shape: half sides; or radius, half length [m]
-    double sign = 1.0;    // −1 where the shape is the first of the entry
+    double size[3] =
+        {};  // of the shape: half sides; or radius, half length [m]; none of a plane, z = 0
+    double sign = 1.0;  // −1 where the shape is the first of the entry
 };
 
 struct Contact {
@@ -134,7 +135,10 @@ struct StateRows {
         double ellipse[2] = {1.0, 0.0};       // first axis of elliptic friction in the tangents
     };
     std::vector<double> A, target;  // (rows, nv), (rows)
-    std::vector<double> J;          // (3 (points + turning), nv)
+    // (rows) length of the whole vector over that of its longest axis among the rows.
+    std::vector<double> wider;
+    std::vector<int> yielded;  // rows of controls that give way to their stops
+    std::vector<double> J;     // (3 (points + turning), nv)
     std::vector<Point> points;
     std::vector<int> turning_of;                  // the points that resist turning
     std::vector<int> touch_of;                    // (points) the touch that each is

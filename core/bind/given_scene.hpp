@@ -3,6 +3,8 @@
 
 #include <nanobind/stl/pair.h>
 
+#include <optional>
+#include <tuple>
 #include <utility>
 
 #include "bind/arrays.hpp"
@@ -31,6 +33,15 @@ struct GivenArrays {
 
     GivenState state() const;
 };
+
+// Points at which bodies meet: entry, point, normal, gap.
+using GivenMeetings = std::vector<std::tuple<int, Array, Array, double>>;
+
+GivenArrays given_of(const GivenMeetings& meetings, const std::optional<Array>& function_rows,
+                     const std::optional<Array>& function_contacts,
+                     const std::optional<std::vector<bool>>& only);
+// Refuse arrays that are not of the scene's size.
+void check_given(const GivenScene& self, const GivenArrays& given);
 
 void check_body(const Model& model, int body);
 // A direction in the axes of a joint, in those of its body.

@@ -1,80 +1,35 @@
 // One impact in generalized coordinates, as Python calls it.
-#include "impact.hpp"
-
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <optional>
 
-#include "bind/arrays.hpp"
-#include "bind/laws.hpp"
+#include "bind/given_scene.hpp"
 #include "laws/bilateral.hpp"
+#include "scene_impact.hpp"
 
 namespace nb = nanobind;
 
 namespace impulsekit {
 namespace {
 
-using Bytes = nb::ndarray<const char, nb::c_contig, nb::device::cpu>;
-
-// What of an impact does not change from state to state.
-struct Plan {
-    std::vector<int> parent, vectors, locks;
-    std::vector<char> passive;
-    Law law;
-
-    ImpactSolution solve(const Array& M, const Array& v, const std::optional<Array>& impulse,
-                         const std::optional<Array>& A, const std::optional<Array>& target,
-                         const std::optional<Array>& J, const nb::tuple& contacts,
-                         const std::vector<nb::tuple>& models) const {
-        ImpactProblem p;
-        const std::size_t nv = parent.size(), m = vectors.size();
-        p.nv = static_cast<int>(nv);
-        p.M = data_of(M, nv * nv, "M");
-        p.v = data_of(v, nv, "v");
-        p.parent = parent.data();
-        if (impulse) p.impulse = data_of(*impulse, nv, "impulse");
-        p.law = law;
-        if (m > 0) {
-            if (!A || !target) throw nb::value_error("A and target are wanted");
-            p.bilateral = static_cast<int>(m);
-            p.A = data_of(*A, m * nv, "A");
-            p.target = data_of(*target, m, "target");
-            p.vectors = vectors.data();
-            p.passive = passive.data();
-            p.locks = locks.data();
-        }
-        GivenContacts given;
-        if (J) {
-            given = contacts_of(contacts, models);
-            p.contact = given.coefficients();
-            p.J = data_of(*J, p.contact.rows() * nv, "J");
-        }
-        ImpactSolution solution;
-        solve_impact(p, solution);
-        return solution;
-    }
-};
-
-Plan plan_of(std::vector<int> parent, std::vector<int> vectors, std::vector<int> locks,
-             std::vector<bool> passive, int restitution, int slip, int order, double exponent) {
-    if (locks.size() != vectors.size() || passive.size() != vectors.size())
-        throw nb::value_error("vectors, locks and passive: one of each row");
-    for (std::size_t k = 0; k < parent.size(); ++k)
-        if (parent[k] < -1 || parent[k] >= static_cast<int>(k))
-            throw nb::value_error("parent: must come before its child");
-    for (int k : locks)
-        if (k < -1 || k >= static_cast<int>(parent.size()))
-            throw nb::value_error("locks: there is no such degree of freedom");
-    Plan plan{std::move(parent),
-              std::move(vectors),
-              std::move(locks),
-              {},
-              law_of(restitution, slip, order, exponent)};
-    plan.passive.assign(passive.begin(), passive.end());
-    return plan;
+// The impact of a scene at one state, whose rows say what has no direction there.
+SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array& q, const Array& v,
+                      const Array& impulses, const GivenArrays& given) {
+    const Scene& scene = self.scene;
+    const double *at = data_of(q, self.model.nq, "q"), *speeds = data_of(v, self.model.nv, "v");
+    const double* p = data_of(impulses, 6 * scene.blows.size() + scene.kicks.size(), "impulses");
+    check_given(self, given);
+    if (law.contacts.size() != scene.contacts.size())
+        throw nb::value_error("law: coefficients of each contact are wanted");
+    SceneImpact impact;
+    const nb::gil_scoped_release release;
+    solve_scene(scene, law, at, speeds, p, given.state(), impact);
+    return impact;
 }
 
 }  // namespace
@@ -122,17 +77,19 @@ void bind_impact(nb::module_& module) {
         .def_ro("contact_residual", &S::contact_residual);
     using Rows = BilateralRows;
     nb::class_<Rows>(module, "BilateralRows", "Half-solved bilateral rows and their rank.")
-        .def("__init__",
-             [](Rows* self, const Array& half, const Integers& vectors) {
-                 if (half.ndim() != 2) throw nb::value_error("half: two dimensions are wanted");
-                 const int m = static_cast<int>(half.shape(0)), nv = static_cast<int>(half.shape(1));
-                 new (self) Rows(half.data(), m, nv, data_of(vectors, half.shape(0), "vectors"));
-             },
-             nb::arg("half"), nb::arg("vectors"))
+        .def(
+            "__init__",
+            [](Rows* self, const Array& half, const Integers& vectors) {
+                if (half.ndim() != 2) throw nb::value_error("half: two dimensions are wanted");
+                const int m = static_cast<int>(half.shape(0)), nv = static_cast<int>(half.shape(1));
+                new (self) Rows(half.data(), m, nv, data_of(vectors, half.shape(0), "vectors"));
+            },
+            nb::arg("half"), nb::arg("vectors"))
         .def_prop_ro("rank", &Rows::rank)
         .def_prop_ro("nearly_dependent", &Rows::nearly_dependent)
         .def_prop_ro("order", &Rows::order)
-        .def_prop_ro("unique", [](const Rows& r) { return array_of(r.unique()); }, kCopy)
+        .def_prop_ro(
+            "unique", [](const Rows& r) { return array_of(r.unique()); }, kCopy)
         .def_prop_ro("rounding_of_span", &Rows::rounding_of_span)
         .def(
             "solve",
@@ -152,18 +109,31 @@ void bind_impact(nb::module_& module) {
                 return array_of(left);
             },
             nb::arg("row"), kCopy, "Return a half-solved row less its part in the span.");
-    nb::class_<Plan>(module, "ImpactPlan", "What of an impact does not change with the state.")
-        .def(
-            "__init__",
-            [](Plan* self, std::vector<int> parent, std::vector<int> vectors,
-               std::vector<int> locks, std::vector<bool> passive, int restitution, int slip,
-               int order, double exponent) {
-                new (self) Plan(plan_of(std::move(parent), std::move(vectors), std::move(locks),
-                                        std::move(passive), restitution, slip, order, exponent));
+    nb::class_<SceneImpact>(module, "SceneImpact",
+                            "An impact of a scene, with the rows of its state.")
+        .def_ro("rows", &SceneImpact::rows)
+        .def_ro("solution", &SceneImpact::solution)
+        .def_prop_ro(
+            "dv", [](const SceneImpact& s) { return array_of(s.solution.dv); }, kCopy)
+        .def_prop_ro("failure",
+                     [](const SceneImpact& s) { return static_cast<int>(s.solution.failure); })
+        .def_prop_ro(
+            "without_direction",
+            [](const SceneImpact& s) {
+                return s.rows.without_line >= 0 || s.rows.without_ellipse >= 0;
             },
-            nb::arg("parent"), nb::arg("vectors"), nb::arg("locks"), nb::arg("passive"),
-            nb::arg("restitution"), nb::arg("slip"), nb::arg("order"), nb::arg("exponent"))
-        .def("solve", &Plan::solve, nb::arg("M"), nb::arg("v"), nb::arg("impulse").none(),
-             nb::arg("A").none(), nb::arg("target").none(), nb::arg("J").none(),
-             nb::arg("contacts"), nb::arg("models"));
+            "Whether nothing was solved: a line or an ellipse has no direction here.");
+    module.def(
+        "solve_scene",
+        [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,
+           const Array& impulses, const GivenMeetings& meetings,
+           const std::optional<Array>& function_rows, const std::optional<Array>& function_contacts,
+           const std::optional<std::vector<bool>>& only) {
+            return impact_of(scene, law, q, v, impulses,
+                             given_of(meetings, function_rows, function_contacts, only));
+        },
+        nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"), nb::arg("impulses"),
+        nb::arg("meetings") = nb::make_tuple(), nb::arg("function_rows") = nb::none(),
+        nb::arg("function_contacts") = nb::none(), nb::arg("only") = nb::none(),
+        "Return the impact of a scene at a state.");
 }

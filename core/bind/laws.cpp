@@ -137,11 +137,9 @@ void bind_laws(nb::module_& module) {
         "Return how other answers were looked for, and the impulses of those found.");
     module.def(
         "follow_path",
-        [](const Array& W, double before, const Array& free, double e, double mu,
-           int restitution) {
-            PathImpact found =
-                follow_path(data_of(W, 9, "W"), before, data_of(free, 3, "free"), e, mu,
-                            law_of(restitution, 1, 0, 1.5).restitution);
+        [](const Array& W, double before, const Array& free, double e, double mu, int restitution) {
+            PathImpact found = follow_path(data_of(W, 9, "W"), before, data_of(free, 3, "free"), e,
+                                           mu, law_of(restitution, 1, 0, 1.5).restitution);
             return nb::make_tuple(found.impulse[0], found.impulse[1], found.impulse[2],
                                   static_cast<int>(found.status));
         },

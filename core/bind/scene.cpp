@@ -12,6 +12,15 @@ namespace nb = nanobind;
 
 namespace impulsekit {
 
+namespace {
+
+void copy_numbers(const Array& from, std::size_t size, const char* name, double* to) {
+    const double* data = data_of(from, size, name);
+    std::copy(data, data + size, to);
+}
+
+}  // namespace
+
 GivenState GivenArrays::state() const {
     GivenState given;
     given.function_rows = function_rows.data();
@@ -48,14 +57,40 @@ Site site_of(const Model& model, const GivenSite& given) {
     return site;
 }
 
+GivenArrays given_of(const GivenMeetings& meetings, const std::optional<Array>& function_rows,
+                     const std::optional<Array>& function_contacts,
+                     const std::optional<std::vector<bool>>& only) {
+    GivenArrays given;
+    for (const auto& [entry, point, normal, gap] : meetings) {
+        Meeting m;
+        m.entry = entry;
+        copy_numbers(point, 3, "point", m.point);
+        copy_numbers(normal, 3, "normal", m.normal);
+        m.gap = gap;
+        given.meetings.push_back(m);
+    }
+    if (function_rows)
+        given.function_rows.assign(function_rows->data(),
+                                   function_rows->data() + function_rows->size());
+    if (function_contacts)
+        given.function_contacts.assign(function_contacts->data(),
+                                       function_contacts->data() + function_contacts->size());
+    if (only) given.only.assign(only->begin(), only->end());
+    return given;
+}
+
+void check_given(const GivenScene& self, const GivenArrays& given) {
+    if (given.function_rows.size() !=
+            static_cast<std::size_t>(self.scene.function_rows) * self.model.nv ||
+        given.function_contacts.size() !=
+            static_cast<std::size_t>(self.scene.function_contacts) * (1 + 3 * self.model.nv) ||
+        (!given.only.empty() && given.only.size() != self.scene.contacts.size()))
+        throw nb::value_error("given: another number of rows or contacts is wanted");
+}
+
 namespace {
 
 using Terms = std::vector<std::tuple<int, int, double>>;
-
-void copy_numbers(const Array& from, std::size_t size, const char* name, double* to) {
-    const double* data = data_of(from, size, name);
-    std::copy(data, data + size, to);
-}
 
 Pair pair_of(const Model& model, const GivenSite& first, const GivenSite& other, bool coincides,
              int carrier, const Array& axes) {
@@ -162,7 +197,7 @@ void touch_bodies(GivenScene& self, const GivenSite& first, const GivenSite& oth
     contact.turns = turns;
     if (!ball) return;
     const auto& [kind, radius, size, sign] = *ball;
-    if (kind < 0 || kind > 3) throw nb::value_error("ball: there is no such shape");
+    if (kind < 0 || kind > 4) throw nb::value_error("ball: there is no such shape");
     contact.shape.kind = static_cast<Ball::Kind>(kind);
     contact.shape.radius = radius;
     copy_numbers(size, 3, "size", contact.shape.size);
@@ -193,13 +228,8 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
         }
     }
     Rows<double> rows(self.scene);
+    check_given(self, given);
     const GivenState state = given.state();
-    if (given.function_rows.size() !=
-            static_cast<std::size_t>(self.scene.function_rows) * self.model.nv ||
-        given.function_contacts.size() !=
-            static_cast<std::size_t>(self.scene.function_contacts) * (1 + 3 * self.model.nv) ||
-        (state.only && given.only.size() != self.scene.contacts.size()))
-        throw nb::value_error("given: another number of rows or contacts is wanted");
     rows.fill(tree, at, speeds, &state);
     StateRows found;
     rows.take(tree, 0, found);
@@ -212,29 +242,6 @@ std::vector<double> of_points(const StateRows& rows, const double* (*part)(const
     for (const StateRows::Point& p : rows.points)
         found.insert(found.end(), part(p), part(p) + size);
     return found;
-}
-
-GivenArrays given_of(const std::vector<std::tuple<int, Array, Array, double>>& meetings,
-                     const std::optional<Array>& function_rows,
-                     const std::optional<Array>& function_contacts,
-                     const std::optional<std::vector<bool>>& only) {
-    GivenArrays given;
-    for (const auto& [entry, point, normal, gap] : meetings) {
-        Meeting m;
-        m.entry = entry;
-        copy_numbers(point, 3, "point", m.point);
-        copy_numbers(normal, 3, "normal", m.normal);
-        m.gap = gap;
-        given.meetings.push_back(m);
-    }
-    if (function_rows)
-        given.function_rows.assign(function_rows->data(),
-                                   function_rows->data() + function_rows->size());
-    if (function_contacts)
-        given.function_contacts.assign(function_contacts->data(),
-                                       function_contacts->data() + function_contacts->size());
-    if (only) given.only.assign(only->begin(), only->end());
-    return given;
 }
 
 }  // namespace
@@ -250,6 +257,7 @@ void bind_scene(nb::module_& module) {
             "target", [](const StateRows& r) { return array_of(r.target); }, nb::rv_policy::move)
         .def_prop_ro(
             "J", [](const StateRows& r) { return array_of(r.J); }, nb::rv_policy::move)
+        .def_ro("yielded", &StateRows::yielded)
         .def_prop_ro("turning_of", [](const StateRows& r) { return r.turning_of; })
         .def_prop_ro("entries",
                      [](const StateRows& r) {
@@ -318,8 +326,7 @@ void bind_scene(nb::module_& module) {
             "rows",
             [](const GivenScene& self, const Array& q, const Array& v,
                const std::optional<nb::ndarray<const double, nb::f_contig>>& jacobian,
-               const std::vector<std::tuple<int, Array, Array, double>>& meetings,
-               const std::optional<Array>& function_rows,
+               const GivenMeetings& meetings, const std::optional<Array>& function_rows,
                const std::optional<Array>& function_contacts,
                const std::optional<std::vector<bool>>& only) {
                 return rows_of(self, q, v, jacobian,

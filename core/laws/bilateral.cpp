@@ -8,7 +8,8 @@
 
 namespace impulsekit {
 
-BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vectors)
+BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vectors,
+                             const double* wider)
     : m_(m), nv_(nv), length_(m, 0.0), order_(m), unique_(m, 1) {
     // The longest row of each vector.
     for (int i = 0; i < m; ++i) {
@@ -16,7 +17,7 @@ BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vecto
         for (int j = 0; j < m && own > 0.0; ++j)
             if (vectors[j] == vectors[i])
                 own = std::max(own, dot(half + j * nv, half + j * nv, nv));
-        length_[i] = std::sqrt(own);
+        length_[i] = std::sqrt(own) * (wider ? wider[i] : 1.0);
         order_[i] = i;
     }
     std::vector<double> rows(m * nv);

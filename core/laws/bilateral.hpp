@@ -11,8 +11,10 @@ namespace impulsekit {
 class BilateralRows {
   public:
     // half: (m, nv) row by row; vectors: (m) a number for each row, the same for axes of one
-    // vector.
-    BilateralRows(const double* half, int m, int nv, const int* vectors);
+    // vector; wider: (m) by how much each vector is longer than its longest row; null where all
+    // are 1.
+    BilateralRows(const double* half, int m, int nv, const int* vectors,
+                  const double* wider = nullptr);
 
     // λ (m) with W λ = wanted, of least scaled norm where rows are redundant, and what the rows
     // lack of `wanted` (m): above rounding where dependent rows want different things.

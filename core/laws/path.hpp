@@ -22,4 +22,21 @@ struct PathImpact {
 PathImpact follow_path(const double* W, double before, const double* free, double e, double mu,
                        Restitution restitution);
 
+// W_t1t1, W_t1t2, W_t2t2, W_t1n, W_t2n, W_nn; the velocity at the start; u_n⁻, e and µ.
+inline constexpr int kPathParameters = 12;
+
+struct PathDerivative {
+    double impulse[3] = {0.0, 0.0, 0.0};
+    double by[3 * kPathParameters] = {};  // (3, parameters)
+    // 1: what has stuck is at the edge of its cone; 2: slip ends just as the compression or the
+    // impact does; 4: it hardly slips when it meets.
+    int edges = 0;
+    // Whether friction draws the contact in again, or holds all that moves: no derivative then.
+    bool is_drawn_in = false;
+};
+
+// The impulse of `follow_path`, of a contact that approaches, and its derivatives.
+PathDerivative derive_path(const double* W, double before, const double* free, double e, double mu,
+                           Restitution restitution);
+
 }  // namespace impulsekit

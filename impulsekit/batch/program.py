@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .._core import ContactLaw, add_blow, add_kick, add_load, vary_points
-from ..impact.contact_law import friction_models, law_codes
-from ..impact.flat.model import body_numbers, flat_model
-from ..impact.flat.scene import FlatScene, flat_scene, place_numbers
-from ..robot.masses import is_always_regular
-from ..rows.entries import Site
-from ..scene import AppliedImpulse, Restitution, RestitutionTable, Scene
-from ..scene.coefficients import restitution_at, static_friction
+from .._core import ContactLaw, add_load, vary_points
+from ..impact.flat.law import contact_law
+from ..impact.flat.model import body_numbers
+from ..impact.flat.scene import FlatScene, flat_scene
+from ..scene import Restitution, RestitutionTable, Scene
 from ..scene.scene import KeptByScene
 from .masses import link_inertia
 
@@ -49,7 +45,6 @@ class Program:
         is_regular: whether the mass matrix is singular at no configuration.
         joints: the body behind each joint.
         links: the body and the mass centre of each link.
-        columns: of the numbers of known impulses, in the order of the core: blows, then kicks.
         frames: of each contact whose point varies, its frame in the joint.
         plan: how it is solved.
     """
@@ -59,7 +54,6 @@ class Program:
     is_regular: bool
     joints: list[int]
     links: list[tuple[int, np.ndarray]]
-    columns: list[int]
     frames: tuple[Any, ...]
     plan: BatchPlan
 
@@ -85,22 +79,8 @@ def program_of(
 
 
 def _made(scene: Scene, links: Sequence[str], pointed: Sequence[int]) -> Program:
-    robot, model = scene.robot, flat_model(scene.robot.model)
-    flat = flat_scene(scene, model)
-    blows: list[int] = []
-    kicks: list[int] = []
-    for entry in scene.impulses:
-        first = len(blows) + len(kicks)
-        if isinstance(entry, AppliedImpulse):
-            site = Site.of(robot, entry.frame, entry.at)
-            there = model.bodies[site.joint_id], place_numbers(site.placement)
-            add_blow(flat.core, there, entry.axes == "local")
-            blows.extend(range(first, first + 6))
-        else:
-            joint = robot.model.joints[robot.joint_id(entry.joint)]
-            for v in range(joint.idx_v, joint.idx_v + joint.nv):
-                add_kick(flat.core, v)
-            kicks.extend(range(first, first + joint.nv))
+    robot, flat = scene.robot, flat_scene(scene)
+    model = flat.model
     for name in links:
         joint_id, inertia = link_inertia(robot, name)
         add_load(flat.core, model.bodies[joint_id], body_numbers(inertia))
@@ -109,11 +89,10 @@ def _made(scene: Scene, links: Sequence[str], pointed: Sequence[int]) -> Program
     frames = [robot.model.frames[robot.frame_id(name)] for name in named]
     return Program(
         flat,
-        _law_of(scene),
-        bool(robot.nv == 0 or is_always_regular(robot.model)),
+        contact_law(scene),
+        bool(robot.nv == 0 or robot.is_always_regular),
         list(model.bodies[1:]),
         [(model.bodies[link.joint_id], np.array(link.com_in_joint)) for link in robot.links],
-        blows + kicks,
         tuple(frame.placement for frame in frames),
         _plan(scene, flat),
     )
@@ -130,40 +109,3 @@ def _plan(scene: Scene, flat: FlatScene) -> BatchPlan:
     if any(callable(e) and not isinstance(e, Restitution | RestitutionTable) for e in own):
         why.append("a function of one's own is called in Python")
     return BatchPlan(len(flat.names), tuple(why))
-
-
-def _law_of(scene: Scene) -> ContactLaw:
-    law = ContactLaw(*law_codes(scene.law))
-    for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
-        model = getattr(entry, "friction", 0.0)
-        law.add(
-            _restitution(entry.restitution, f"{name}: restitution"),
-            friction_models([model], [None])[0],
-            static_friction(model),
-            *(
-                getattr(entry, what, 0.0) or 0.0
-                for what in (
-                    "tangential_restitution",
-                    "stiffness",
-                    "adhesion",
-                    "rolling",
-                    "torsion",
-                )
-            ),
-        )
-    return law
-
-
-def _restitution(value: Any, what: str) -> tuple[Any, ...]:
-    """Value, capture speed, speeds and values of a table, and a function of the speed."""
-    if isinstance(value, Restitution):
-        return value.value, value.capture_speed, [], [], None
-    if isinstance(value, RestitutionTable):
-        return 0.0, 0.0, list(value.speeds), list(value.values), None
-    if callable(value):
-        return 0.0, 0.0, [], [], partial(_at, value, what)
-    return float(value), 0.0, [], [], None
-
-
-def _at(value: Any, what: str, speed: float) -> float:
-    return restitution_at(value, speed, what)

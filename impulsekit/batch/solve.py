@@ -146,7 +146,8 @@ def _given(program: Program, inputs: BatchInputs) -> dict[str, Any]:
     """The arrays of a batch as the core takes them."""
     names = ("q", "v", "restitution", "friction", "masses")
     given: dict[str, Any] = {name: getattr(inputs, name) for name in names}
-    given["impulses"] = inputs.given[:, program.columns] if program.columns else None
+    order = program.flat.order
+    given["impulses"] = inputs.given[:, order] if order else None
     given["points"] = None
     if inputs.points is not None:
         parts = np.split(inputs.points, len(program.frames), axis=1)

@@ -54,8 +54,7 @@ class Response:
             return self._loose
         rows = mechanics.constraint_matrix
         half = mechanics.factor.half(rows, unit)
-        triples = mechanics.constraint_rows.triples
-        held = Elimination(half[:, : len(rows)], (), triples)
+        held = Elimination(half[:, : len(rows)], (), mechanics.flat.vectors)
         free = held.off_the_span(half[:, len(rows) :])
         return free.T @ free
 

@@ -63,7 +63,7 @@ class Answer(Displayed):
         """Mass matrix, placements and Jacobians at q, for all that is derived from ``dv``."""
         from .mechanics import Mechanics
 
-        return Mechanics(self.scene, self._q)
+        return Mechanics(self.scene, self._q, self._v)
 
     @cached_property
     def generalized_impulse(self) -> np.ndarray:
@@ -75,8 +75,8 @@ class Answer(Displayed):
         """The books of momentum: by entry name, (nv,) its share in the generalized impulse."""
         shares = self.mechanics.known_impulses()
         if self.constraints:
-            matrix, rows = self.mechanics.constraint_matrix, self.mechanics.constraint_rows
-            for result, where in zip(self.constraints, rows.slices, strict=True):
+            matrix, slices = self.mechanics.constraint_matrix, self.mechanics.flat.slices
+            for result, where in zip(self.constraints, slices, strict=True):
                 shares[result.name] = result.impulse @ matrix[where]
         shares.update(self._contact_shares())
         return ByName({n: read_only(share) for n, share in shares.items()}, "entry")

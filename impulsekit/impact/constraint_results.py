@@ -84,19 +84,19 @@ def constraint_results(
     scene = mechanics.scene
     if outcome is None or not scene.held:
         return ()
-    rows, matrix = mechanics.constraint_rows, mechanics.constraint_matrix
+    flat, matrix = mechanics.flat, mechanics.constraint_matrix
     before, after = matrix @ v_before, matrix @ v_after
     results = []
     names = scene.entry_names("held")
-    unique = outcome.unique if outcome.unique is not None else np.ones(rows.count, dtype=bool)
-    for i, (name, where) in enumerate(zip(names, rows.slices, strict=True)):
+    unique = outcome.unique if outcome.unique is not None else np.ones(len(matrix), dtype=bool)
+    for i, (name, where) in enumerate(zip(names, flat.slices, strict=True)):
         impulse = outcome.constraint_impulses[where].copy()
         arrays = (impulse, before[where].copy(), after[where].copy())
         lock(*arrays)
         results.append(
             ConstraintResult(
                 name=name,
-                rows=tuple(row.removeprefix(f"{name}.") for row in rows.names[where]),
+                rows=tuple(row.removeprefix(f"{name}.") for row in flat.names[where]),
                 impulse=arrays[0],
                 unique=bool(unique[where].all()),
                 unique_rows=tuple(unique[where].tolist()),

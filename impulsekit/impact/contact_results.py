@@ -13,16 +13,16 @@ import numpy as np
 from ..display import OneLine
 from ..robot.arrays import lock, read_only
 from ..robot.placing import Posture
-from ..scene import Contact, JointStop, Rope, Scene
+from ..scene import JointStop, Scene
 from ..scene.coefficients import static_friction
 from ..scene.entries import ContactEntry
 from .residuals import cancelling_speeds
 from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
-    from ..rows.contacts import Touch
     from .answer import Answer
     from .contact_law import ContactSolution
+    from .outcome import Touch
 
 __all__ = ["ContactPoint", "ContactResult", "contact_impulses", "contact_results"]
 
@@ -202,12 +202,10 @@ def _point(impact: Answer, touch: Touch, i: int, turning: TurningResult | None) 
     local = solution.impulse[3 * i : 3 * i + 3]
     velocities = touch.jacobian @ impact.v_before, touch.jacobian @ impact.v_after
     entry = impact.scene.contacts[touch.entry]
-    axes, position, normal = touch.axes, touch.position, None
+    position, normal = touch.position, None
     arrays = [_in_world(touch, vector) for vector in (local, *velocities)]
-    if axes is not None:
-        normal = axes[:, 2].copy()
-        if position is None and isinstance(entry, Contact | Rope):
-            position = impact.mechanics.frame_placement(entry.frame).act(np.array(entry.at))
+    if touch.axes is not None:
+        normal = touch.axes[:, 2].copy()
     pressed = local + np.array([0.0, 0.0, getattr(entry, "adhesion", 0.0)])
     normal_work, friction_work = _works(solution, i, touch.jacobian, velocities, local)
     lock(*arrays, normal, position)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..robot import Robot
-from ..robot.masses import is_always_regular
 from ..robot.placing import Posture
 from ..robot.state import outside_limits
 from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse, Rope, Scene
@@ -114,6 +113,8 @@ def _is_floor(scene: Scene, entry: Contact) -> bool:
 def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
     """Links whose mass centres are below a ground of the robot: the lowest of each ground."""
     robot = scene.robot
+    if not any(part.changes.grounds for part in robot.parts):
+        return
     moving = [link for link in robot.links if link.joint_id > 0 and link.mass > 0.0]
     if not moving:
         return
@@ -135,7 +136,7 @@ def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
 def _next_to_no_inertia(impact: Answer) -> Iterator[str]:
     """Joints that move, though almost no inertia resists them at this configuration."""
     model = impact.scene.robot.model
-    if not np.isfinite(impact.dv).all() or is_always_regular(model):
+    if not np.isfinite(impact.dv).all() or impact.scene.robot.is_always_regular:
         return
     shares = shares_of_inertia(impact.mechanics.mass_matrix, impact.mechanics.constraint_matrix)
     moved = np.abs(impact.dv) > UNCHANGED * np.abs(impact.dv).max(initial=0.0)

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.gaps import AT_STOP, before_limit, is_closed, nearest_points, over_plane
+from ..geometry.gaps import nearest_points
 from ..robot import Robot
 from ..robot.placing import Posture
-from ..rows.entries import FunctionRows, frame_pair
-from ..scene import Collision, Contact, FrameAnchor, GapContact, JointStop, PointAnchor, Rope, Scene
+from ..rows.entries import frame_pair
+from ..scene import Collision, FrameAnchor, JointStop, PointAnchor, Scene
+from .flat.scene import flat_of
 
 __all__ = ["AnchorOpening", "ContactGap", "anchor_openings", "contact_gaps"]
 
@@ -59,23 +60,30 @@ def contact_gaps(
 ) -> tuple[ContactGap, ...]:
     """The gaps of a scene's contacts in their order, or of those with the indices ``which``."""
     names = scene.entry_names("contacts")
-    chosen = range(len(names)) if which is None else which
-    return tuple(_contact_gap(posture, scene.contacts[i], names[i]) for i in chosen)
+    if not names:
+        return ()
+    flat, (q, v) = flat_of(scene), (posture.q, posture.v)
+    touching = set(flat.rows(q, v).entries)
+    found = flat.rows(q, v, only=[not isinstance(x, Collision) for x in scene.contacts])
+    closing = -(found.J.reshape(-1, 3, len(v))[: len(found.gaps), 2] @ v)
+    told = zip(found.gaps.tolist(), closing.tolist(), strict=True)
+    by_entry = dict(zip(found.entries, told, strict=True))
+    gaps = []
+    for i in range(len(names)) if which is None else which:
+        entry = scene.contacts[i]
+        if isinstance(entry, Collision):
+            gaps.append(_between_bodies(posture, entry, names[i]))
+            continue
+        # A stop without limits is nowhere.
+        gap, speed = by_entry.get(i, (np.inf, 0.0))
+        angular = isinstance(entry, JointStop) and _turns(posture, entry)
+        gaps.append(ContactGap(names[i], gap, speed, i in touching, angular))
+    return tuple(gaps)
 
 
-def _contact_gap(posture: Posture[Robot], entry: Any, name: str) -> ContactGap:
-    if isinstance(entry, JointStop):
-        return _before_stop(posture, entry, name)
-    if isinstance(entry, Collision):
-        return _between_bodies(posture, entry, name)
-    if isinstance(entry, GapContact):
-        said = FunctionRows(posture.robot, entry, name)
-        gap = float(said.value(posture.q)[0])
-        closing = -float(said.matrix_at(posture.q)[2] @ posture.v)
-        return ContactGap(name, gap, closing, touching=gap <= AT_STOP)
-    if isinstance(entry, Rope):
-        return _of_rope(posture, entry, name)
-    return _over_plane(posture, entry, name)
+def _turns(posture: Posture[Robot], entry: JointStop) -> bool:
+    """Whether the joint of a stop turns."""
+    return bool(posture.motion_subspace(posture.robot.joint_id(entry.joint))[3:].any())
 
 
 def anchor_openings(
@@ -85,41 +93,6 @@ def anchor_openings(
     names = scene.entry_names("held")
     chosen = range(len(scene.constraints)) if which is None else which
     return tuple(AnchorOpening(names[i], _opening(posture, scene.held[i])) for i in chosen)
-
-
-def _over_plane(posture: Posture[Robot], entry: Contact, name: str) -> ContactGap:
-    pair = frame_pair(posture.robot, entry)
-    first, other = pair.places(posture.joint)
-    normal = pair.axes_at(first, other)[:, 2]
-    gap = over_plane(first.translation, normal, other.translation)
-    ids = pair.first.joint_id, pair.other.joint_id
-    speed = _closing_speed(posture, [(first.translation, normal)], *ids)
-    return ContactGap(name, gap, speed, touching=True)
-
-
-def _of_rope(posture: Posture[Robot], entry: Rope, name: str) -> ContactGap:
-    pair = frame_pair(posture.robot, entry)
-    places = pair.places(posture.joint)
-    here, there = (place.translation for place in places)
-    gap = entry.length - float(np.linalg.norm(here - there))
-    w = posture.velocity_at(pair.first.joint_id, here)
-    w = w - posture.velocity_at(pair.other.joint_id, there)
-    closing = -float(pair.axes_at(*places)[:, 2] @ w)
-    return ContactGap(name, gap, closing, touching=is_closed(gap, entry.length))
-
-
-def _before_stop(posture: Posture[Robot], entry: JointStop, name: str) -> ContactGap:
-    robot = posture.robot
-    joint = robot.model.joints[robot.joint_id(entry.joint)]
-    turns = bool(posture.motion_subspace(joint.id)[3:].any())
-    value, speed = posture.q[joint.idx_q], posture.v[joint.idx_v]
-    sides = [
-        (before_limit(value, limit, sign), sign, limit)
-        for limit, sign in zip(entry.limits(robot), (1.0, -1.0), strict=True)
-    ]
-    gap, sign, limit = min(sides)
-    touching = is_closed(gap, limit)
-    return ContactGap(name, float(gap), float(-sign * speed), touching, angular=turns)
 
 
 def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> ContactGap:

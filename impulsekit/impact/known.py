@@ -1,130 +1,159 @@
-"""Known impulses brought to the model: I = Jᵀp (Chang & Huston 1995, eq. (18))."""
+"""Δv of known impulses on a tree, by Pinocchio alone (Chang & Huston 1995).
+
+With generalized speeds y and the generalized masses a_lp = M, the impulses F of forces and M of
+couples on points with partial velocities v^l and ω^l give
+
+    I_l = Σ_k v_k^l·∫F_k dt + ω_k^l·∫M_k dt          (18)
+    a_lp Δy_p = I_l                                  (32)
+
+In Pinocchio's words: I = Jᵀp with the Jacobian of the struck point, and M Δv = I. M is never
+inverted: either CRBA and its Cholesky factor, or the articulated-body algorithm, which takes the
+blows as external wrenches. Trees that hang on the world side by side do not feel each other, and
+neither M nor I depends on where a root stands: what no blow reaches is left out, and roots are
+brought to the origin, where Pinocchio's places in the world cost no digits.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
-from pinocchio import computeFrameJacobian
 
 from ..rows.entries import Site
-from ..rows.pair import jacobian_in_world_axes
-from ..rows.reach import ReachedModel
-from ..scene import AppliedImpulse, Scene
+from ..scene import AppliedImpulse
+from .plan import reached_joints
 
-__all__ = ["Blow", "KnownImpulses"]
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+__all__ = ["KnownImpulses"]
+
+# Bound once: on a small robot the look-up of a name counts.
+crba, decompose, cholesky_solve = pin.crba, pin.cholesky.decompose, pin.cholesky.solve
+frame_jacobian = pin.computeFrameJacobian
 
 _REFERENCE = {"world": pin.LOCAL_WORLD_ALIGNED, "local": pin.LOCAL}
-
-
-@dataclass(frozen=True, eq=False)
-class Blow:
-    """One applied impulse at a frame made for it.
-
-    Attributes:
-        joint_id: the joint that carries the struck frame.
-        frame_id: a frame at the struck point, with the struck frame's axes.
-        placement: of that frame in the joint's.
-        wrench: (6,) linear [N s] before angular [N m s], about the point, in ``axes``.
-        axes: "world" or "local".
-    """
-
-    joint_id: int
-    frame_id: int
-    placement: pin.SE3
-    wrench: np.ndarray
-    axes: str
-
-    @property
-    def reference(self) -> pin.ReferenceFrame:
-        """The reference frame in which a Jacobian meets ``wrench``."""
-        return _REFERENCE[self.axes]
+_TRANSLATIONS = {"JointModelFreeFlyer": 3, "JointModelTranslation": 3, "JointModelPlanar": 2}
+# Impulses of other sizes are brought near 1: their products would leave the doubles.
+_SMALLEST, _LARGEST = 1e-150, 1e150
 
 
 class KnownImpulses:
-    """The known impulses of a scene on its reached model.
+    """The known impulses of a scene, and Δv of them at one configuration after the other.
 
-    Attributes:
-        blows: the applied impulses.
-        joint_impulse: (nv,) the impulses inside joints, or None where there is none.
-        unit: a power of two by which all are multiplied, so that none is denormal or near
-            overflow; 1 but for such sizes, and where anything else moves in the scene.
+    Args:
+        scene: of impulses alone.
+        joints: those that they reach. algorithm: "aba" or "crba".
     """
 
-    def __init__(self, scene: Scene, reached: ReachedModel, *, alone: bool = False) -> None:
-        self.model = reached.model
-        self.unit = _unit_of(scene) if alone else 1.0
-        blows = []
-        joint_impulse = np.zeros(self.model.nv)
-        for i, entry in enumerate(scene.impulses):
+    def __init__(self, scene: Scene, joints: Iterable[int], algorithm: str) -> None:
+        robot = scene.robot
+        self._model, self._q_index, self._v_index, ids = _branches(robot.model, joints)
+        self._nv, self._unit = robot.nv, _unit_of(scene)
+        self._roots = _root_translations(self._model)
+        self._torque = np.zeros(self._model.nv)
+        # Of each blow: a frame at its point with the struck frame's axes, and (6,) p.
+        self._blows: list[tuple[int, Any, np.ndarray]] = []
+        for entry in scene.impulses:
             if isinstance(entry, AppliedImpulse):
-                blows.append(self._blow(scene, reached, entry, i))
+                site = Site.of(robot, entry.frame, entry.at)
+                frame = pin.Frame(
+                    f"impulse {len(self._blows)}", ids.index(site.joint_id), 0, site.placement,
+                    pin.FrameType.OP_FRAME,
+                )  # fmt: skip
+                frame_id = self._model.addFrame(frame, False)
+                wrench = self._unit * np.array([*entry.linear, *entry.angular])
+                self._blows.append((frame_id, _REFERENCE[entry.axes], wrench))
             else:
-                joint_id = reached.joint_id(scene.robot.joint_id(entry.joint))
-                joint = self.model.joints[joint_id]
-                own = self.unit * np.array(entry.impulse)
-                joint_impulse[joint.idx_v : joint.idx_v + joint.nv] += own
-        self.blows = tuple(blows)
-        self.joint_impulse = joint_impulse if joint_impulse.any() else None
-        self._uneven = reached.has_uneven_lengths
-        # A single blow is by far the commonest; it is told apart once, not at each solve.
-        self._single = (
-            (blows[0].frame_id, blows[0].reference, blows[0].wrench)
-            if len(blows) == 1
-            and self.joint_impulse is None
-            and self.model.nv > 1
-            and not self._uneven
-            else None
-        )
+                joint = self._model.joints[ids.index(robot.joint_id(entry.joint))]
+                own = self._unit * np.array(entry.impulse)
+                self._torque[joint.idx_v : joint.idx_v + joint.nv] += own
+        self._data = self._model.createData()
+        self._at_rest = np.zeros(self._model.nv)
+        self._jump = self._by_aba if algorithm == "aba" else self._by_crba
+        self._is_whole = self._model.nv == self._nv and self._roots is None and self._unit == 1.0
 
-    def _blow(self, scene: Scene, reached: ReachedModel, entry: AppliedImpulse, i: int) -> Blow:
-        site = Site.of(scene.robot, entry.frame, entry.at)
-        joint_id, placement = reached.joint_id(site.joint_id), site.placement
-        frame_id = self.model.addFrame(
-            pin.Frame(f"impulse {i}", joint_id, 0, placement, pin.FrameType.OP_FRAME), False
-        )
-        wrench = self.unit * np.array([*entry.linear, *entry.angular])
-        return Blow(joint_id, frame_id, placement, wrench, entry.axes)
+    def velocity_jump(self, q: np.ndarray) -> np.ndarray:
+        """(nv,) Δv of the robot at q (nq,)."""
+        if self._is_whole:
+            return self._jump(q)
+        own = q[self._q_index]
+        if self._roots is not None:
+            own = own.copy()
+            own[self._roots] = 0.0
+        dv = np.zeros(self._nv)
+        dv[self._v_index] = self._jump(own) / self._unit
+        return dv
 
-    def generalized_impulse(self, data: pin.Data, q: np.ndarray) -> np.ndarray:
-        """(nv,) I = Jᵀp, summed over the impulses."""
-        if self._single is not None:
-            frame_id, reference, wrench = self._single
-            return wrench.dot(computeFrameJacobian(self.model, data, q, frame_id, reference))
-        total = np.zeros(self.model.nv)
-        if self.joint_impulse is not None:
-            total += self.joint_impulse
-        for blow in self.blows:
-            if self._uneven and blow.axes == "world":
-                jacobian = jacobian_in_world_axes(self.model, data, q, blow.frame_id)
-            else:
-                jacobian = computeFrameJacobian(self.model, data, q, blow.frame_id, blow.reference)
-            # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-            total += blow.wrench.dot(jacobian.reshape(6, -1))
-        return total
+    def _by_crba(self, q: np.ndarray) -> np.ndarray:
+        """M Δv = I by composite rigid bodies and the sparse factor M = U D Uᵀ."""
+        model, data = self._model, self._data
+        impulse = self._torque
+        for frame_id, reference, wrench in self._blows:
+            impulse = impulse + wrench.dot(frame_jacobian(model, data, q, frame_id, reference))
+        crba(model, data, q)
+        decompose(model, data)
+        return cholesky_solve(model, data, impulse)
 
-    def external_forces(self, data: pin.Data) -> list[tuple[int, pin.Force]]:
-        """Each blow as a spatial force in its joint's own frame, with the joint's index.
-
-        The placements in ``data`` have to be those of the configuration wherever a blow
-        is given in world axes.
-        """
-        forces = []
-        for blow in self.blows:
-            if blow.axes == "local":
-                at_point = pin.Force(blow.wrench)
-            else:
-                # Only the rotation enters, so a base far from the origin costs no digits.
-                rotation = data.oMi[blow.joint_id].rotation.dot(blow.placement.rotation)
-                at_point = pin.Force(blow.wrench[:3].dot(rotation), blow.wrench[3:].dot(rotation))
-            forces.append((blow.joint_id, blow.placement.act(at_point)))
-        return forces
+    def _by_aba(self, q: np.ndarray) -> np.ndarray:
+        """Δv as accelerations of a robot at rest under p as external wrenches, in O(n)."""
+        model, data = self._model, self._data
+        pin.forwardKinematics(model, data, q)
+        forces = pin.StdVec_Force([pin.Force.Zero() for _ in range(model.njoints)])
+        for frame_id, reference, wrench in self._blows:
+            frame = model.frames[frame_id]
+            if reference == pin.LOCAL_WORLD_ALIGNED:
+                turn = data.oMi[frame.parentJoint].rotation.dot(frame.placement.rotation)
+                wrench = np.concatenate([wrench[:3].dot(turn), wrench[3:].dot(turn)])
+            own = frame.placement.act(pin.Force(wrench))
+            forces[frame.parentJoint] = forces[frame.parentJoint] + own
+        return pin.aba(model, data, q, self._at_rest, self._torque, forces)
 
 
-# Blows of other sizes are brought near 1: their products would leave the doubles.
-_SMALLEST, _LARGEST = 1e-150, 1e150
+def _branches(model: pin.Model, joints: Iterable[int]) -> tuple[pin.Model, Any, Any, list[int]]:
+    """Whole branches without gravity, roots at the origin, and where they stand.
+
+    Returns:
+        The model of the branches in which ``joints`` lie, the indices of its q and v in those of
+        the whole, and by its joints those of the whole. Not Pinocchio's ``buildReducedModel``:
+        it ends the process where a joint has no frame.
+    """
+    kept = reached_joints(model, joints)
+    part = pin.Model()
+    part.gravity.setZero()
+    ids = [0, *kept]
+    q_index: list[int] = []
+    v_index: list[int] = []
+    for j in kept:
+        joint, place = model.joints[j], model.jointPlacements[j]
+        if model.parents[j] == 0:
+            place = pin.SE3(place.rotation, np.zeros(3))
+        own = part.addJoint(ids.index(model.parents[j]), joint, place, model.names[j])
+        part.appendBodyToJoint(own, model.inertias[j], pin.SE3.Identity())
+        q_index += range(joint.idx_q, joint.idx_q + joint.nq)
+        v_index += range(joint.idx_v, joint.idx_v + joint.nv)
+    part.armature = model.armature[v_index]
+    return part, _index(q_index), _index(v_index), ids
+
+
+def _root_translations(model: pin.Model) -> Any:
+    """Where q holds positions of roots in the world; None where it holds none."""
+    entries: list[int] = []
+    for joint_id in range(1, model.njoints):
+        if model.parents[joint_id] == 0:
+            joint = model.joints[joint_id]
+            count = _TRANSLATIONS.get(joint.shortname(), 0)
+            entries += range(joint.idx_q, joint.idx_q + count)
+    return _index(entries) if entries else None
+
+
+def _index(entries: list[int]) -> Any:
+    """The entries as a slice, which costs a view, or else as an array, which costs a copy."""
+    first, last = entries[0], entries[-1] + 1
+    return slice(first, last) if len(entries) == last - first else np.array(entries)
 
 
 def _unit_of(scene: Scene) -> float:

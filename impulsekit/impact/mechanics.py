@@ -10,20 +10,18 @@ import pinocchio as pin
 
 from ..robot.masses import crba_of, symmetric
 from ..robot.model_checks import check_capacity
-from ..rows.constraints import ConstraintRows, needs_places
 from ..rows.entries import Site
-from ..rows.reach import reached_model
 from ..scene import AppliedImpulse
 from ..scene.scene import KeptByThread
 from .factor import DenseFactor
+from .flat.scene import flat_of
 from .responses import Responses, responses
 
 if TYPE_CHECKING:
     from ..scene import Scene
+    from .flat.scene import FlatScene
 
 __all__ = ["Mechanics"]
-
-_REFERENCE = {"world": pin.LOCAL_WORLD_ALIGNED, "local": pin.LOCAL}
 
 
 class _Workspace:
@@ -31,25 +29,15 @@ class _Workspace:
 
     Attributes:
         model: of the whole robot.
-        whole: the same with frames of the scene's rows.
-        constraint_rows: the bilateral rows of the scene on it.
-        jacobians_of: the ``Mechanics`` whose Jacobians the data holds, by its own token.
     """
 
     def __init__(self, scene: Scene) -> None:
-        robot = scene.robot
-        self.model = robot.model
-        every_joint = range(1, robot.model.njoints)
-        keep_places = needs_places(robot, scene)
-        self.whole = reached_model(robot.model, every_joint, keep_places=keep_places)
-        self.constraint_rows = ConstraintRows.of(scene, self.whole)
-        self.jacobians_of: object = None
+        self.model = scene.robot.model
 
     @cached_property
     def data(self) -> pin.Data:
-        # The rows have added frames to the model: data has to be made after that.
-        check_capacity(self.whole.model)
-        return self.whole.model.createData()
+        check_capacity(self.model)
+        return self.model.createData()
 
     @cached_property
     def model_without_gravity(self) -> pin.Model:
@@ -69,28 +57,25 @@ class Mechanics:
     all impacts of a scene share one in each thread, and each use overwrites it.
     """
 
-    def __init__(self, scene: Scene, q: np.ndarray) -> None:
+    def __init__(self, scene: Scene, q: np.ndarray, v: np.ndarray | None = None) -> None:
         self.scene = scene
+        self._v = np.zeros(scene.robot.nv) if v is None else v
         self.model = scene.robot.model
         self.q = q
-        self._token = object()
 
     def scratch(self) -> pin.Data:
         """Pinocchio's data, to be overwritten by whoever asks."""
-        workspace = _workspaces.of(self.scene)
-        workspace.jacobians_of = None
-        return workspace.data
+        return _workspaces.of(self.scene).data
 
     @property
-    def constraint_rows(self) -> ConstraintRows:
-        """The bilateral rows of the scene on the whole robot."""
-        return _workspaces.of(self.scene).constraint_rows
+    def flat(self) -> FlatScene:
+        """The scene in the core."""
+        return flat_of(self.scene)
 
     @cached_property
     def constraint_matrix(self) -> np.ndarray:
         """(m, nv) A at q."""
-        q = _workspaces.of(self.scene).whole.configuration(self.q)
-        return self.constraint_rows.matrix(self.scratch(), q)
+        return self.flat.rows(self.q, self._v).A.reshape(-1, self.model.nv)
 
     @cached_property
     def _placements(self) -> list[pin.SE3]:
@@ -136,8 +121,7 @@ class Mechanics:
         """What unit impulses on points' rows (3n, nv) do where the bilateral rows hold."""
         if not self.scene.held:
             return responses(self.factor, np.empty((0, self.model.nv)), points, ())
-        triples = self.constraint_rows.triples
-        return responses(self.factor, self.constraint_matrix, points, triples)
+        return responses(self.factor, self.constraint_matrix, points, self.flat.vectors)
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
         """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].
@@ -165,16 +149,13 @@ class Mechanics:
     def point_jacobian(self, frame: str, at: np.ndarray, axes: str = "world") -> np.ndarray:
         """(6, nv) Jacobian of a point of a frame, linear before angular, in ``axes``."""
         site = Site.of(self.scene.robot, frame, at)
-        workspace = _workspaces.of(self.scene)
-        model, data = workspace.whole.model, workspace.data
-        if workspace.jacobians_of is not self._token:
-            pin.computeJointJacobians(model, data, workspace.whole.configuration(self.q))
-            workspace.jacobians_of = self._token
-        jacobian = pin.getFrameJacobian(
-            model, data, site.joint_id, site.placement, _REFERENCE[axes]
-        )
-        # With one degree of freedom Pinocchio gives (6,) for (6, 1).
-        return jacobian.reshape(6, -1)
+        # From the joint upwards: a robot far away keeps its digits.
+        own = pin.computeJointJacobian(self.model, self.scratch(), self.q, site.joint_id)
+        jacobian = site.placement.inverse().action @ own.reshape(6, self.model.nv)
+        if axes == "local":
+            return jacobian
+        turn = self._placements[site.joint_id].rotation @ site.placement.rotation
+        return np.matmul(turn, jacobian.reshape(2, 3, -1)).reshape(6, -1)
 
     def impulse_jacobian(self, entry: AppliedImpulse) -> np.ndarray:
         """(6, nv) Jacobian of the struck point in the axes of the impulse."""

@@ -12,6 +12,7 @@ import numpy as np
 from ..display import one_line
 from ..laws.status import Status, judged
 from ..laws.tolerances import RESIDUAL_LIMIT
+from ..robot.arrays import read_only
 from ..scene.numbers import not_negative
 from .named import ByName
 from .touched import TouchedAnswer
@@ -48,6 +49,38 @@ class Impact(TouchedAnswer):
         >>> bool(impact.energy.after > 0)
         True
     """
+
+    @property
+    def mass_matrix(self) -> np.ndarray:
+        """(nv, nv) M at q, the generalized masses a_lp (Chang & Huston 1995, eq. (30))."""
+        return read_only(self.mechanics.mass_matrix)
+
+    @cached_property
+    def jacobian(self) -> np.ndarray:
+        """(3n, nv) J: u = J v of the n points that touch, two tangents, then the normal.
+
+        In the order of the contacts; after all points come three rows of each that resists
+        rolling or spin, of the relative angular velocity along the same axes.
+        """
+        touches = () if self.outcome is None else self.outcome.touches
+        rows = [touch.jacobian for touch in touches]
+        return read_only(np.concatenate([np.zeros((0, len(self._v))), *rows]))
+
+    @cached_property
+    def delassus(self) -> np.ndarray:
+        """(3n, 3n) W = J M⁻¹ Jᵀ of the points that touch, the bilateral rows eliminated.
+
+        u⁺ = u_free + W P with the impulses P along the rows of ``jacobian``.
+
+        Example:
+            >>> from impulsekit import Contact, Robot, Scene, solve
+            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+            >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5)])
+            >>> impact = solve(scene, ball.neutral(), [0, 0, -2, 0, 0, 0])
+            >>> bool(impact.delassus[2, 2] * impact.mass_matrix[0, 0] == 1.0)
+            True
+        """
+        return read_only(self.mechanics.responses(self.jacobian).delassus)
 
     @cached_property
     def bodies(self) -> Mapping[str, LinkJump]:

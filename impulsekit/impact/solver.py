@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container
-from dataclasses import replace
+from functools import cached_property
 from math import hypot, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -14,20 +14,16 @@ from ..display import one_line
 from ..errors import check_kind, warn_of_setup
 from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
-from ..rows.reach import ReachedModel
 from ..scene import Scene
 from ..scene.at_time import scene_at
 from ..scene.scene import KeptByThread
 from .known import KnownImpulses
-from .planning import planned, reached_by
+from .plan import Plan, needs_core, plan_of, touched_joints
 from .result import Impact
-from .yielding import YieldingControls, own_stops
+from .scene_jump import SceneJump
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from .constrained import ConstrainedJump
-    from .outcome import Outcome
 
 __all__ = ["ImpactSolver", "solve", "solve_touching", "solve_without_warnings"]
 
@@ -42,7 +38,6 @@ class ImpactSolver:
 
     Attributes:
         scene: the scene.
-        plan: what is computed, by which algorithm, and why.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene
@@ -59,7 +54,11 @@ class ImpactSolver:
         check_kind(scene, Scene, "solve")
         self.scene = scene_at(scene, 0.0)
         self._workspace = _Workspace(self.scene, as_given=self.scene is scene)
-        self.plan = self._workspace.plan
+
+    @cached_property
+    def plan(self) -> Plan:
+        """What is computed, by which algorithm, and why."""
+        return plan_of(self.scene)
 
     def __repr__(self) -> str:
         return one_line("ImpactSolver", repr(self.scene), algorithm=self.plan.algorithm)
@@ -104,23 +103,18 @@ class _Workspace:
         self._is_large = model.nq + model.nv >= MANY
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
-        self._algorithm, self.plan, self._reached = planned(scene)
-        self._has_rows = bool(scene.held or scene.contacts)
-        # The way that takes any choice of contacts; made when a choice is first given.
-        self._general: ConstrainedJump | None = None
-        stops = own_stops(scene)
-        self._yielding = YieldingControls(stops) if stops else None
-        self._without: dict[tuple[str, ...], ImpactSolver] = {}
-        # The commonest case, a robot alone on a fixed base, needs nothing in between.
-        reached, as_given = self._reached, bool(self._reached and self._reached.is_as_given)
-        self._jump_by_rows = self._constrained_jump
-        self._velocity_jump: Callable[[np.ndarray], np.ndarray] = self._velocity_jump_of_reached
-        if as_given and self._has_rows:
-            self._jump_by_rows = self._algorithm.solve
-        elif as_given:
-            self._velocity_jump = self._algorithm.velocity_jump
-        elif reached and not (self._has_rows or reached.whole) and reached.translations is None:
-            self._velocity_jump = _jump_of_branches(self._algorithm, reached, model.nv)
+        self._rows: SceneJump | None = None
+        self._velocity_jump: Callable[[np.ndarray], np.ndarray] = self._no_jump
+        if not needs_core(scene):
+            algorithm = plan_of(scene).algorithm
+            if algorithm != "none":
+                known = KnownImpulses(scene, touched_joints(scene), algorithm)
+                self._velocity_jump = known.velocity_jump
+            return
+        if scene.robot.massless_motions:
+            # It refuses what is singular at every configuration.
+            plan_of(scene)
+        self._rows = SceneJump(scene)
 
     def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
         """The impact at q and v, which are copied and checked."""
@@ -148,98 +142,27 @@ class _Workspace:
         ):
             q = state.checked_configuration(self._model, q)
             v = state.checked_velocity(self._model, v)
-            if self._has_rows:
+            if self._rows is not None:
                 state.refuse_overflow(v)
-        if self._has_rows:
-            if self._yielding is not None:
-                freed = self._yielding.scene(scene, q, v)
-                if freed is not scene:
-                    return self._freed(freed).solve(q, v)
-            return Impact(scene, q, v, *self._jump_by_rows(q, v))
+        if self._rows is not None:
+            scene, dv, outcome = self._rows.solve(scene, q, v)
+            return Impact(scene, q, v, dv, outcome)
         return Impact(scene, q, v, self._velocity_jump(q))
-
-    def _freed(self, scene: Scene) -> ImpactSolver:
-        """The solver of the scene with fewer controlled joints."""
-        names = tuple(scene.controlled)
-        if names not in self._without:
-            self._without[names] = ImpactSolver(scene)
-        return self._without[names]
 
     def solve_touching(
         self, scene: Scene, q: ArrayLike, v: ArrayLike, touching: Container[int]
     ) -> Impact:
         """The impact of some of the contacts; q and v are copied and checked."""
         scene = self._at_start or scene
-        if not self._has_rows:
+        if self._rows is None:
             return self.solve(scene, q, v)
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
-        if self._yielding is not None:
-            freed = self._yielding.scene(scene, q, v, touching)
-            if freed is not scene:
-                return self._freed(freed).solve_touching(q, v, touching)
-        reached = self._reached
-        own_v = v if reached.whole else v[reached.v_index]
-        dv, outcome = self._of_some(scene).solve(reached.configuration(q), own_v, touching)
-        if reached.whole:
-            return Impact(scene, q, v, dv, outcome)
-        return Impact(scene, q, v, self._spread(dv), self._widened(outcome))
+        scene, dv, outcome = self._rows.solve(scene, q, v, touching)
+        return Impact(scene, q, v, dv, outcome)
 
-    def _of_some(self, scene: Scene) -> ConstrainedJump:
-        """The way that takes any choice of contacts."""
-        if self._general is None:
-            from .constrained import ConstrainedJump
-
-            reached = reached_by(scene)
-            self._general = ConstrainedJump(scene, KnownImpulses(scene, reached), reached)
-        return self._general
-
-    def _velocity_jump_of_reached(self, q: np.ndarray) -> np.ndarray:
-        if self._algorithm is None:
-            return np.zeros(self._v_shape)
-        return self._spread(self._algorithm.velocity_jump(self._reached.configuration(q)))
-
-    def _constrained_jump(
-        self, q: np.ndarray, v: np.ndarray
-    ) -> tuple[np.ndarray, Outcome | Callable[[], Outcome]]:
-        reached = self._reached
-        if reached.whole:
-            return self._algorithm.solve(reached.configuration(q), v)
-        dv_reached, outcome = self._algorithm.solve(reached.configuration(q), v[reached.v_index])
-        return self._spread(dv_reached), lambda: self._widened(outcome)
-
-    def _widened(self, outcome: Outcome | Callable[[], Outcome]) -> Outcome:
-        """The outcome with its rows in the speeds of the whole robot."""
-        if callable(outcome):
-            outcome = outcome()
-        touches = []
-        for touch in outcome.touches:
-            rows = np.zeros((3, self._v_shape[0]))
-            rows[:, self._reached.v_index] = touch.jacobian
-            touches.append(touch._replace(jacobian=rows))
-        return replace(outcome, touches=tuple(touches))
-
-    def _spread(self, dv_reached: np.ndarray) -> np.ndarray:
-        """(nv,) Δv of the whole robot; what was not reached does not change."""
-        if self._reached.whole:
-            return dv_reached
-        dv = np.zeros(self._v_shape)
-        dv[self._reached.v_index] = dv_reached
-        return dv
-
-
-def _jump_of_branches(
-    way: Any, reached: ReachedModel, nv: int
-) -> Callable[[np.ndarray], np.ndarray]:
-    """Δv (nv,) of the whole robot by a way on the branches reached, whose roots do not move."""
-    q_index, v_index, zeros = reached.q_index, reached.v_index, np.zeros
-
-    def velocity_jump(q: np.ndarray) -> np.ndarray:
-        dv = zeros(nv)
-        dv[v_index] = way.velocity_jump(q[q_index])
-        return dv
-
-    return velocity_jump
+    def _no_jump(self, q: np.ndarray) -> np.ndarray:
+        return np.zeros(self._v_shape)
 
 
 def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:

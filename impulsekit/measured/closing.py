@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
 
+from ..impact.flat.scene import flat_scene
+from ..impact.outcome import Touch, touches_of
 from ..motion.dynamics.accelerations import Dynamics
 from ..rows.bodies import bodies_of
-from ..rows.contacts import ContactRows, Touch
-from ..rows.reach import reached_model
 from ..scene import Collision, Scene
 
 # Contacts within this of the nearest may have closed with it [m]; a box that meets a floor with
@@ -45,12 +46,8 @@ class ClosingContacts:
     def __init__(self, scene: Scene) -> None:
         scene = replace(scene, impulses=())
         self._dynamics = Dynamics(scene)
-        # Not the robot's own model: that has no frames for the points of constraints.
-        self._model = self._dynamics.model
-        self._data = self._model.createData()
+        self._model = scene.robot.model
         self._names = scene.entry_names("contacts")
-        own = scene.robot.model
-        reached = reached_model(own, range(1, own.njoints), keep_places=True)
         self._margins = {
             k: bodies_of(scene.robot, entry).margin
             for k, entry in enumerate(scene.contacts)
@@ -60,9 +57,8 @@ class ClosingContacts:
             replace(entry, margin=FAR) if isinstance(entry, Collision) else entry
             for entry in scene.contacts
         ]
-        self._rows = ContactRows(replace(scene, contacts=contacts), reached)
-        self._reached = reached.model
-        self._reached_data = reached.model.createData()
+        self._far = replace(scene, contacts=contacts, controlled=())
+        self._flat = flat_scene(self._far)
 
     def gaps(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(contacts,) the gap of each [m, rad]; infinite for a stop without limits."""
@@ -163,14 +159,16 @@ class ClosingContacts:
 
     def _jacobian(self, q: np.ndarray, chosen: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
         """(3 k, nv) rows and (k, 3, 3) axes of contacts; of a stop, its row as the normal."""
-        touches = self._nearest_points(self._rows.touching(self._reached_data, q, chosen))
+        only = [k in chosen for k in range(len(self._names))]
+        found = self._flat.rows(q, np.zeros(self._model.nv), only=only)
+        touches = self._nearest_points(touches_of(found, self._flat, self._far))
         if not touches:
             return np.zeros((0, self._model.nv)), np.zeros((0, 3, 3))
         rows = np.vstack([touch.jacobian for touch in touches])
         axes = np.array([np.eye(3) if t.axes is None else t.axes for t in touches])
         return rows, axes
 
-    def _nearest_points(self, touches: list[Touch]) -> list[Touch]:
+    def _nearest_points(self, touches: Iterable[Touch]) -> list[Touch]:
         """Of bodies that collide, the points that are nearest, however far: noise parts them."""
         least: dict[int, float] = {}
         for touch in touches:
@@ -186,11 +184,7 @@ class ClosingContacts:
 
     def _held(self, q: np.ndarray) -> np.ndarray:
         """(m, nv) rows of the constraints."""
-        held = self._dynamics.held
-        if held is None:
-            return np.zeros((0, self._model.nv))
-        pin.computeJointJacobians(self._model, self._data, q)
-        return held.rows.matrix(self._data, q)
+        return self._flat.rows(q, np.zeros(self._model.nv)).A.reshape(-1, self._model.nv)
 
 
 class _Spread:

@@ -13,9 +13,8 @@ import pinocchio as pin
 from ..design.fit import Measurement
 from ..display import OneLine, one_line
 from ..geometry.gaps import AT_STOP
+from ..impact.flat.scene import flat_scene
 from ..rows.bodies import bodies_of
-from ..rows.contacts import ContactRows
-from ..rows.reach import reached_model
 from ..scene import Collision, GapContact, JointStop, Rope, Scene
 
 # Steps of Newton: gaps of noise are small against what curves them, and two or three do.
@@ -51,16 +50,16 @@ def at_touch(
             closed.append(k)
     if not closed:
         return q
-    reached = reached_model(model, range(1, model.njoints), keep_places=True)
-    rows, data = ContactRows(scene, reached), reached.model.createData()
+    flat, at_rest = flat_scene(scene), np.zeros(model.nv)
+    only = [k in closed for k in range(len(scene.contacts))]
     apart: np.ndarray | None = None
     for _ in range(MOST_STEPS):
-        touches = rows.touching(data, q, closed)
-        gaps = np.array([touch.gap for touch in touches], dtype=float)
+        rows = flat.rows(q, at_rest, only=only)
+        gaps = rows.gaps
         apart = gaps > AT_STOP if apart is None else apart
         if np.abs(gaps[apart]).max(initial=0.0) <= AT_STOP:
             break
-        normals = np.array([touch.jacobian[2] for touch in touches])[apart]
+        normals = rows.J.reshape(-1, 3, model.nv)[: len(gaps), 2][apart]
         spread = covariance @ normals.T
         q = pin.integrate(model, q, -spread @ np.linalg.lstsq(normals @ spread, gaps[apart])[0])
     return q

@@ -81,6 +81,17 @@ class RobotBase(Displayed):
 
         return massless_motions(self.model)
 
+    @cached_property
+    def is_always_regular(self) -> bool:
+        """Whether every joint moves inertia of its own: M is then regular at every configuration.
+
+        Joints that borrow inertia from what hangs on them are not decided so: see
+        ``massless_joints``.
+        """
+        from .masses import is_always_regular
+
+        return is_always_regular(self.model)
+
     @property
     def massless_joints(self) -> tuple[str, ...]:
         """Joints that move no mass, whatever the configuration; empty for most robots.

@@ -287,7 +287,6 @@ def test_rows_are_those_of_solve(name):
     assert batch.valid.any() or name == "pins that contradict each other"
 
 
-@pytest.mark.xfail(strict=True, reason="batches come to another rank than solve")
 def test_a_pose_all_but_singular_is_as_solve_has_it():
     """An arm held at its tip loses a row as it stretches out: by what angle, ``solve`` decides."""
     arm = ik.Robot.from_urdf("models/whittaker_chain_10.urdf")

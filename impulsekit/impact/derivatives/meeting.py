@@ -20,9 +20,9 @@ from ...geometry.features import borders_of, inside_of
 from ...geometry.polyhedron import endless_face
 from ...robot import Robot
 from ...robot.geometry import geometry_ids
-from ...rows.contacts import Touch
 from ...rows.frame_pair import turning_of_line
 from ...scene import Collision
+from ..outcome import Touch
 from .expanded import ExpandedModel
 from .motion import Motion
 from .pairs import PlacedPair, Side

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,7 +12,10 @@ import pinocchio as pin
 from ..._core import Model
 from ...errors import InputError
 
-__all__ = ["FlatModel", "body_numbers", "flat_model"]
+if TYPE_CHECKING:
+    from ...robot import Robot
+
+__all__ = ["FlatModel", "body_numbers", "flat_model", "flat_model_of"]
 
 # As ``core/model.hpp`` numbers joints.
 ANGLE, CIRCLE, SLIDE, HELIX, BALL, FREE, PLANAR, TRANSLATION, ELLIPSOID = range(9)
@@ -60,6 +64,22 @@ class _Part:
     pitch: float = 0.0
     ratio: float = 1.0
     offset: float = 0.0
+
+
+def flat_model_of(robot: Robot) -> FlatModel:
+    """The model of a robot in the core, made once.
+
+    Raises:
+        InputError: a joint of a kind that the core does not know.
+    """
+    found = _by_robot.get(id(robot))
+    if found is None:
+        found = _by_robot[id(robot)] = flat_model(robot.model)
+        weakref.finalize(robot, _by_robot.pop, id(robot), None)
+    return found
+
+
+_by_robot: dict[int, FlatModel] = {}
 
 
 def flat_model(model: pin.Model) -> FlatModel:

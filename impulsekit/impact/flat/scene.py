@@ -10,23 +10,36 @@ import numpy as np
 import pinocchio as pin
 
 from ..._core import Scene as CoreScene
-from ..._core import StateRows
+from ..._core import StateRows, add_blow, add_kick
 from ...errors import InputError
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
-from ...scene import Collision, Contact, GapContact, JointStop, Rope, Scene
+from ...scene import (
+    AppliedImpulse,
+    Collision,
+    Contact,
+    GapContact,
+    JointStop,
+    Rope,
+    Scene,
+)
 from ...scene.at_time import scene_at
 from ...scene.coefficients import EllipticFriction
 from ...scene.constraints import KEPT
 from ...scene.contacts import turns
 from ...scene.gap_functions import FunctionRows
-from .model import FlatModel, flat_model
+from ...scene.scene import KeptByScene
+from .model import FlatModel, flat_model_of
 
 if TYPE_CHECKING:
     from ...rows.bodies import Bodies
 
-__all__ = ["FlatScene", "flat_scene", "place_numbers"]
+__all__ = ["FlatScene", "check_directions", "flat_of", "flat_scene", "place_numbers"]
 
 CARRIERS = ("world", "first", "other", "line")
+
+# Joints and frames of the two bodies of a contact, first the one that receives the impulse.
+Ends = tuple[tuple[int, int], tuple[int, int]]
+NO_ENDS: Ends = ((0, 0), (0, 0))
 
 # A point that functions or geometry gave: entry, place, normal, gap.
 Meeting = tuple[int, np.ndarray, np.ndarray, float]
@@ -41,18 +54,26 @@ class FlatScene:
         core: what holds and touches it.
         names: of the bilateral rows, such as "constraints[0].x".
         slices: where the rows of each constraint stand.
+        vectors: (rows,) a number for each, the same for axes of one velocity.
         functions: of the constraints, and of the contacts, that functions give state by state.
         meetings: of each ``Collision`` that is found outside the core, its entry and a function
             that gives its points from placements of joints.
+        ends: of each contact; zeros for a joint stop and for functions.
+        impulses: the numbers of the known impulses: six of each blow, then those in joints.
+        order: where each of them stands among the numbers of the scene's entries.
     """
 
     model: FlatModel
     core: CoreScene
     names: tuple[str, ...]
     slices: tuple[slice, ...]
+    vectors: tuple[int, ...]
     functions: tuple[FunctionRows, ...]
     contact_functions: tuple[FunctionRows, ...]
     meetings: tuple[tuple[int, Callable[[Callable[[int], pin.SE3]], list[Any]]], ...]
+    ends: tuple[Ends, ...]
+    impulses: np.ndarray
+    order: list[int]
 
     def given(self, q: np.ndarray) -> dict[str, Any]:
         """What functions and geometry give at q, as ``core.rows`` takes it."""
@@ -100,27 +121,44 @@ class FlatScene:
             InputError: a line between points that coincide, an axis of friction along a normal.
         """
         found = self.core.rows(q, v, jacobian, **self.given(q), only=only)
-        if found.without_line >= 0:
-            raise InputError(
-                "the two points of a DistanceAnchor or a Rope coincide: no line joins them; move "
-                "one of them, or use a PointAnchor"
-            )
-        if found.without_ellipse >= 0:
-            raise InputError(
-                f"contacts[{found.without_ellipse}]: the axis `along` of its EllipticFriction is "
-                "along the normal here; give one in the plane of the contact"
-            )
+        check_directions(found)
         return found
+
+
+def check_directions(rows: StateRows) -> None:
+    """Prove that lines and axes of friction have a direction at a state.
+
+    Raises:
+        InputError: a line between points that coincide, an axis of friction along a normal.
+    """
+    if rows.without_line >= 0:
+        raise InputError(
+            "the two points of a DistanceAnchor or a Rope coincide: no line joins them; move "
+            "one of them, or use a PointAnchor"
+        )
+    if rows.without_ellipse >= 0:
+        raise InputError(
+            f"contacts[{rows.without_ellipse}]: the axis `along` of its EllipticFriction is "
+            "along the normal here; give one in the plane of the contact"
+        )
+
+
+def flat_of(scene: Scene) -> FlatScene:
+    """The scene in the core, made once and kept with it."""
+    return _flats.of(scene)
 
 
 def flat_scene(scene: Scene, model: FlatModel | None = None) -> FlatScene:
     """The scene in the core. ``model``: of its robot, if that is there already."""
-    return _Flattening(scene, model or flat_model(scene.robot.model)).done()
+    return _Flattening(scene, model or flat_model_of(scene.robot)).done()
 
 
 def place_numbers(placement: pin.SE3) -> np.ndarray:
     """(12,) a rotation, row by row, and a translation."""
     return np.concatenate([placement.rotation.ravel(), placement.translation])
+
+
+_flats: KeptByScene[FlatScene] = KeptByScene(flat_scene)
 
 
 class _Flattening:
@@ -132,20 +170,47 @@ class _Flattening:
         self._functions: list[FunctionRows] = []
         self._contact_functions: list[FunctionRows] = []
         self._meetings: list[Any] = []
+        self._ends: list[Ends] = []
 
     def done(self) -> FlatScene:
-        names, slices = self._hold()
+        names, slices, vectors = self._hold()
         for index, entry in enumerate(self._scene.contacts):
-            self._touch(entry, index)
+            self._ends.append(self._touch(entry, index))
+        impulses, order = self._strike()
         return FlatScene(
-            self._model, self._core, names, slices, tuple(self._functions),
-            tuple(self._contact_functions), tuple(self._meetings),
+            self._model, self._core, names, slices, vectors, tuple(self._functions),
+            tuple(self._contact_functions), tuple(self._meetings), tuple(self._ends),
+            impulses, order,
         )  # fmt: skip
+
+    def _strike(self) -> tuple[np.ndarray, list[int]]:
+        """Bring the known impulses over: their numbers as the core has them, and where these stood.
+
+        Those of blows come first, then those in joints.
+        """
+        numbers: list[float] = []
+        blows: list[int] = []
+        kicks: list[int] = []
+        for entry in self._scene.impulses:
+            first = len(numbers)
+            if isinstance(entry, AppliedImpulse):
+                site = Site.of(self._robot, entry.frame, entry.at)
+                add_blow(self._core, self._site(site), entry.axes == "local")
+                numbers += [*entry.linear, *entry.angular]
+                blows += range(first, len(numbers))
+            else:
+                numbers += np.ravel(entry.impulse).tolist()
+                kicks += range(first, len(numbers))
+                joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
+                for v in range(joint.idx_v, joint.idx_v + joint.nv):
+                    add_kick(self._core, v)
+        order = blows + kicks
+        return np.array([numbers[i] for i in order], dtype=float), order
 
     def _site(self, site: Site) -> tuple[int, np.ndarray]:
         return self._model.bodies[site.joint_id], place_numbers(site.placement)
 
-    def _hold(self) -> tuple[tuple[str, ...], tuple[slice, ...]]:
+    def _hold(self) -> tuple[tuple[str, ...], tuple[slice, ...], tuple[int, ...]]:
         scene = scene_at(self._scene, 0.0)
         names: list[str] = []
         slices: list[slice] = []
@@ -165,8 +230,9 @@ class _Flattening:
             velocity += np.broadcast_to(np.asarray(after, dtype=float), count).tolist()
             kept += [keeps] * count
         passive = [x == 0.0 and not k for x, k in zip(velocity, kept, strict=True)]
-        self._core.set_rows(velocity, kept, list(vectors_of_rows(entries)), passive, locks)
-        return tuple(names), tuple(slices)
+        vectors = vectors_of_rows(entries)
+        self._core.set_rows(velocity, kept, list(vectors), passive, locks)
+        return tuple(names), tuple(slices), vectors
 
     def _hold_entry(self, said: Any, is_control: bool) -> list[int]:
         """Bring a constraint over; of each row the one speed that it prescribes, or −1."""
@@ -206,26 +272,29 @@ class _Flattening:
             CARRIERS.index(said.carrier), np.ascontiguousarray(said.axes),
         )  # fmt: skip
 
-    def _touch(self, entry: Any, index: int) -> None:
+    def _touch(self, entry: Any, index: int) -> Ends:
         core, robot = self._core, self._robot
         if isinstance(entry, JointStop):
             joint = robot.model.joints[robot.joint_id(entry.joint)]
             core.touch_stop(joint.idx_q, joint.idx_v, *entry.limits(robot))
-        elif isinstance(entry, GapContact):
+            return NO_ENDS
+        if isinstance(entry, GapContact):
             core.touch_functions()
             self._contact_functions.append(FunctionRows(robot, entry))
-        elif isinstance(entry, Collision):
-            self._touch_bodies(entry, index)
+            return NO_ENDS
+        if isinstance(entry, Collision):
+            return self._touch_bodies(entry, index)
+        said = rows_of_entry(robot, entry)
+        if not isinstance(said, FramePair):
+            raise TypeError(type(entry).__name__)
+        first, other, _, carrier, axes = self._pair(said)
+        if isinstance(entry, Rope):
+            core.touch_rope(first, other, axes, entry.length)
         else:
-            said = rows_of_entry(robot, entry)
-            if not isinstance(said, FramePair):
-                raise TypeError(type(entry).__name__)
-            first, other, _, carrier, axes = self._pair(said)
-            if isinstance(entry, Rope):
-                core.touch_rope(first, other, axes, entry.length)
-                return
             core.touch_plane(first, other, carrier, axes, turns(entry))
             self._rub(entry, robot.model.frames[robot.frame_id(entry.against)])
+        ends = said.first, said.other
+        return (ends[0].joint_id, ends[1].joint_id), (ends[0].frame_id, ends[1].frame_id)
 
     def _rub(self, entry: Contact | Collision, touched: Any) -> None:
         """Bring over the axes of friction by direction, in the frame that is touched."""
@@ -233,7 +302,7 @@ class _Flattening:
             body = self._model.bodies[touched.parentJoint]
             self._core.set_ellipse(body, touched.placement.rotation.dot(entry.friction.along))
 
-    def _touch_bodies(self, entry: Collision, index: int) -> None:
+    def _touch_bodies(self, entry: Collision, index: int) -> Ends:
         from ...robot.geometry import geometry_ids
         from ...rows.bodies import bodies_of
 
@@ -254,6 +323,7 @@ class _Flattening:
             )
             self._core.touch_bodies(one, two, bodies.margin, turns(entry), ball)
         self._rub(entry, robot.model.frames[bodies.frame_ids[1]])
+        return bodies.joint_ids, bodies.frame_ids
 
 
 def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | None:
@@ -263,9 +333,7 @@ def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | No
     sign = 1.0 if isinstance(pieces[0].geometry, coal.Sphere) else -1.0
     ball, other = pieces if sign > 0.0 else pieces[::-1]
     shape = other.geometry
-    if not isinstance(ball.geometry, coal.Sphere) or any(
-        piece.geometry.getSweptSphereRadius() for piece in pieces
-    ):
+    if not isinstance(ball.geometry, coal.Sphere):
         return None
     if isinstance(shape, coal.Sphere):
         kind, size = 0, (shape.radius, 0.0, 0.0)
@@ -276,6 +344,8 @@ def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | No
     elif isinstance(shape, coal.Capsule):
         kind, size = 3, (shape.radius, shape.halfLength, 0.0)
     else:
+        return None
+    if any(piece.geometry.getSweptSphereRadius() for piece in pieces):
         return None
     return kind, float(ball.geometry.radius), np.array(size), sign
 

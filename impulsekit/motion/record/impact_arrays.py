@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...impact.contact_law import ContactSolution
-from ...impact.outcome import Outcome
+from ...impact.outcome import Outcome, Touch
 from ...impact.result import Impact
 from ...laws.status import Status
-from ...rows.contacts import Touch
 
 if TYPE_CHECKING:
     from ...scene import Scene

@@ -1,0 +1,99 @@
+"""Δv of a scene with constraints or contacts: M Δv = I + Aᵀλ + JᵀP, A v⁺ = b, P by law.
+
+The core has the scene. For each state it builds rows and mass matrix, eliminates the bilateral
+rows, solves the law of contact in what is left, and measures the answer, in one call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._core import SceneImpact, solve_scene
+from ..errors import ContradictionError, InputError
+from .flat.law import contact_law
+from .flat.scene import check_directions, flat_of
+from .outcome import Outcome, outcome_of
+from .singular import singular_joints, singular_mass
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+__all__ = ["SceneJump"]
+
+_SINGULAR, _REFUSED = 1, 3
+# Rows that contradict each other are named, so many at most.
+MOST_NAMED = 6
+
+
+class SceneJump:
+    """Δv under bilateral rows and contacts."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._flat, self._law = flat_of(scene), contact_law(scene)
+        self._core, self._impulses = self._flat.core, self._flat.impulses
+        self._count = len(scene.contacts)
+        flat = self._flat
+        self._yields = bool(scene.controlled and scene.contacts)
+        self._without: dict[tuple[str, ...], Scene] = {}
+        self._is_given = bool(flat.functions or flat.contact_functions or flat.meetings)
+
+    def solve(
+        self, scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int] | None = None
+    ) -> tuple[Scene, np.ndarray, Callable[[], Outcome]]:
+        """The scene, (nv,) Δv, and a call that gives the rest of the outcome.
+
+        A joint whose control keeps its velocity and whose stop turns it back has no solution: the
+        stop is the stiffer of the two, and the scene returned is without that control.
+
+        ``touching``: the indices of the contacts that take part; None for all that touch.
+
+        Raises:
+            ContradictionError: dependent rows demand different things.
+            SingularMassError: M is singular and the constraints do not make up for it.
+            InputError, RangeError: what the contact law refuses.
+        """
+        more = self._flat.given(q) if self._is_given else {}
+        if touching is not None:
+            more["only"] = [i in touching for i in range(self._count)]
+        found = solve_scene(self._core, self._law, q, v, self._impulses, **more)
+        if found.failure or found.without_direction:
+            self._refuse(scene, q, found)
+        if self._yields and found.rows.yielded:
+            scene = self._freed(scene, found.rows.yielded)
+        return scene, found.dv, partial(outcome_of, found, self._flat, scene)
+
+    def _freed(self, scene: Scene, yielded: list[int]) -> Scene:
+        """The scene without the controls of joints that their stops turn back."""
+        slices = self._flat.slices[len(scene.constraints) :]
+        left = tuple(
+            name
+            for name, where in zip(scene.controlled, slices, strict=True)
+            if where.start not in yielded
+        )
+        if left not in self._without:
+            self._without[left] = replace(scene, controlled=left)
+        return self._without[left]
+
+    def _refuse(self, scene: Scene, q: np.ndarray, found: SceneImpact) -> None:
+        """Raise the error of an impact that has no answer."""
+        check_directions(found.rows)
+        solution = found.solution
+        if found.failure == _REFUSED:
+            raise InputError(solution.refused)
+        if found.failure == _SINGULAR:
+            model, rows = scene.robot.model, found.rows.A.reshape(-1, scene.robot.nv)
+            masses = self._flat.model.core.mass_matrix(q).reshape(model.nv, model.nv)
+            raise singular_mass(model, singular_joints(model, masses, rows))
+        names = [self._flat.names[i] for i in solution.failed]
+        named = ", ".join(names[:MOST_NAMED]) + (", …" if len(names) > MOST_NAMED else "")
+        raise ContradictionError(
+            f"these rows cannot hold together: {named}; they are dependent and their velocities "
+            f"after the impact are {solution.apart:.3g} apart. Leave one out, or prescribe "
+            "velocities that agree",
+            rows=tuple(names),
+        )
