@@ -7,17 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import impulsekit as ik
 from impulsekit.chain import chain_urdf, pendulum_urdf
 from impulsekit.errors import InputError, NotFiniteError, RangeError
-from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 
 writers = pytest.mark.parametrize("write", [chain_urdf, pendulum_urdf])
-
-
-def test_they_are_public():
-    assert ik.models.chain_urdf is chain_urdf
-    assert ik.models.pendulum_urdf is pendulum_urdf
 
 
 def test_names_of_links_and_joints():
@@ -77,77 +70,6 @@ def test_the_drawn_rod_lies_where_the_mass_is(write):
         for k, place in enumerate(placed.oMg):
             np.testing.assert_allclose(place.translation, (k + 0.5) * 0.7 * tip, atol=1e-15)
             np.testing.assert_allclose(np.abs(place.rotation[:, 2]), np.abs(tip), atol=1e-15)
-
-
-@pytest.mark.parametrize("n", [1, 2, 10, 60])
-def test_struck_in_pinocchio_it_moves_as_whittaker_says(n):
-    mass, length, blow = 0.75, 1.25, 5.0
-    exact = struck_chain(n, mass, length, blow)
-    model = pin.buildModelFromXML(chain_urdf(n, mass, length), pin.JointModelPlanar())
-    dv, velocity = _strike(model, n, [length, 0, 0], [0, blow, 0])
-    u = [velocity(n, [length, 0, 0])[1], *(velocity(k, [0, 0, 0])[1] for k in range(n, 0, -1))]
-    np.testing.assert_allclose(u, [float(x) for x in exact.point_velocities], atol=1e-12)
-    rates = np.cumsum(dv[2:])[::-1]
-    np.testing.assert_allclose(rates, [float(x) for x in exact.link_rates], atol=1e-11)
-
-
-@pytest.mark.parametrize("n", [1, 2, 10])
-def test_struck_in_pinocchio_the_pendulum_moves_as_whittaker_says(n):
-    mass, length, blow = 14.5939, 0.3048, 133.447
-    exact = struck_pendulum(n, mass, length, blow)
-    model = pin.buildModelFromXML(pendulum_urdf(n, mass, length))
-    # A positive angle swings towards -x.
-    dv, velocity = _strike(model, n, [0, 0, -length], [-blow, 0, 0])
-    rates = np.cumsum(dv)[::-1]
-    np.testing.assert_allclose(rates, [float(x) for x in exact.link_rates], rtol=1e-12, atol=1e-9)
-    u = [-velocity(n, [0, 0, -length])[0], *(-velocity(k, [0, 0, 0])[0] for k in range(n, 0, -1))]
-    np.testing.assert_allclose(u, [float(x) for x in exact.point_velocities], atol=1e-9)
-
-
-def _strike(model, n, at, impulse):
-    """Δv of a blow on link_n, and the velocity of any point of any link after it."""
-    data, q = model.createData(), pin.neutral(model)
-    model.gravity.setZero()
-    pin.framesForwardKinematics(model, data, q)
-
-    def placement(k, at):
-        frame = model.frames[model.getFrameId(f"link_{k}")]
-        return frame.parentJoint, frame.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
-
-    joint, place = placement(n, at)
-    pushes = pin.StdVec_Force()
-    pushes.extend([pin.Force.Zero()] * model.njoints)
-    world = data.oMi[joint].rotation
-    pushes[joint] = place.act(
-        pin.Force((world @ place.rotation).T @ np.array(impulse, dtype=float), np.zeros(3))
-    )
-    dv = pin.aba(model, data, q, np.zeros(model.nv), np.zeros(model.nv), pushes).copy()
-    pin.forwardKinematics(model, data, q, dv)
-
-    def velocity(k, at):
-        parent, point = placement(k, at)
-        return data.oMi[parent].rotation @ point.rotation @ point.actInv(data.v[parent]).linear
-
-    return dv, velocity
-
-
-@writers
-def test_it_hangs_or_lies_at_rest(write):
-    model = pin.buildModelFromXML(write(3))
-    data = model.createData()
-    at_rest = np.zeros(model.nv)
-    torque = pin.rnea(model, data, pin.neutral(model), at_rest, at_rest)
-    np.testing.assert_allclose(torque, 0, atol=1e-15)
-
-
-@writers
-def test_a_name_with_markup_is_escaped(write):
-    assert ET.fromstring(write(1, name='a "<&>" b')).get("name") == 'a "<&>" b'
-
-
-@writers
-def test_same_input_same_text(write):
-    assert write(5, 2, 3) == write(np.int64(5), np.float64(2), 3.0)
 
 
 @writers

@@ -98,18 +98,6 @@ def test_every_robot(name):
     under_both_roots(name, shown_under=ROOTS[1:])
 
 
-@pytest.mark.slow
-def test_two_names_of_one_file_are_one_robot():
-    assert len(OTHERS) > 20 and len(SOME) + len(OTHER_ROBOTS) > 65
-    for name, first in OTHERS.items():
-        robot, same = ik.Robot.from_example(name), ik.Robot.from_example(first)
-        assert robot.model == same.model, name
-        assert [part.urdf for part in robot.parts] == [part.urdf for part in same.parts]
-        assert [part.package_dirs for part in robot.parts] == [
-            part.package_dirs for part in same.parts
-        ]
-
-
 def test_a_robot_that_cannot_move_is_solved_all_the_same():
     hector = ik.Robot.from_example("hector")
     scene, q, v = ik.Scene(hector), hector.neutral(), hector.velocity()

@@ -17,8 +17,6 @@ import impulsekit as ik
 from impulsekit.cli import main
 from impulsekit.errors import FileError, ImpulsekitError
 from impulsekit.files import (
-    LARGEST_TEXT,
-    check_writable,
     open_plain_file,
     replaced_file,
     write_file,
@@ -121,31 +119,6 @@ def test_only_plain_files_are_read(tmp_path, what):
     assert f"a {what}, not a file" in done.output
 
 
-def test_a_file_that_is_too_large_to_describe_anything_is_not_read_whole(tmp_path):
-    path = tmp_path / "large.toml"
-    with path.open("wb") as file:
-        file.truncate(50 * LARGEST_TEXT)
-    readers = [ik.load_scene, ik.Robot.from_urdf, ik.Robot.from_sdf, ik.Robot.from_file]
-    for read in readers:
-        with pytest.raises(ImpulsekitError, match=r"large\.toml: it is larger than 100 MB"):
-            read(path)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ([""], "there is no such file"),
-        (["examples/landing_study.toml", "--scheduler", "nonsense"], "tcp://host:8786"),
-    ],
-    ids=["no name", "no address"],
-)
-def test_a_study_with_a_wrong_name_is_one_clear_error(tmp_path, options, message):
-    pytest.importorskip("distributed")
-    store = [] if options == [""] else ["--store", str(tmp_path / "rows")]
-    done = CliRunner().invoke(main, ["batch", *options, *store])
-    assert done.exit_code == 2 and message in done.output
-
-
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -198,13 +171,6 @@ def test_an_error_while_writing_leaves_the_old_file(tmp_path, error):
         raise error
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.txt"]
-
-
-def test_a_long_name_can_be_written(tmp_path):
-    path = tmp_path / ("a" * 250 + ".txt")
-    write_file(path, "x")
-    check_writable(path)
-    assert path.read_text() == "x"
 
 
 @pytest.mark.slow

@@ -54,18 +54,6 @@ def test_it_is_called_like_its_file_and_says_what_it_is(path):
 
 
 @every_model
-@pytest.mark.parametrize("root", ROOTS)
-def test_it_loads_with_every_root(path, root):
-    model = ROOTS[root](path)
-    assert model.check(model.createData())
-    if model.nv == 0 or (root != "fixed" and _root_link(path).find("inertial") is None):
-        return  # nothing moves, or a mount moves that has no inertia
-    data = model.createData()
-    upper = np.triu(pin.crba(model, data, pin.neutral(model)))
-    assert np.linalg.eigvalsh(upper, UPLO="U")[0] > 0
-
-
-@every_model
 def test_inertias_follow_from_the_geometry(path):
     for link in ET.parse(path).getroot().iter("link"):
         if link.find("inertial") is None:
@@ -138,26 +126,6 @@ def test_the_chain_is_whittakers():
     assert pin.computeTotalMass(model) == 10
 
 
-def test_the_pendulum_is_ten_slugs_and_ten_feet():
-    model = ROOTS["fixed"](MODELS / "pendulum_10.urdf")
-    assert (model.nq, model.nv) == (10, 10)
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    tip = data.oMf[model.getFrameId("link_10")].act(np.array([0, 0, -0.3048]))
-    np.testing.assert_allclose(tip, [0, 0, -3.048], rtol=1e-15)
-    assert pin.computeTotalMass(model) == pytest.approx(145.939, rel=1e-15)
-
-
-def test_the_hammer_is_one_piece():
-    model = ROOTS["freeflyer"](MODELS / "hammer.urdf")
-    assert (model.nq, model.nv) == (7, 6)
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    face = data.oMf[model.getFrameId("head")].act(np.array([0.05, 0, 0]))
-    np.testing.assert_allclose(face, [0.05, 0, 0.3125], rtol=1e-15)
-    assert pin.computeTotalMass(model) == pytest.approx(0.64)
-
-
 @pytest.mark.parametrize("opening", [0.0, 0.013, 0.04])
 def test_the_fingers_open_alike_and_touch_when_closed(opening):
     path = MODELS / "gripper.urdf"
@@ -179,14 +147,6 @@ def test_the_fingers_open_alike_and_touch_when_closed(opening):
     left = data.oMf[model.getFrameId("left_finger")].act(pad)
     right = data.oMf[model.getFrameId("right_finger")].act(pad)
     np.testing.assert_allclose(left, right * [1, -1, 1], atol=1e-16)
-
-
-def test_the_second_finger_mimics_the_first():
-    model = pin.buildModelFromUrdf(str(MODELS / "gripper.urdf"), mimic=True)
-    assert model.nv == 1
-    mimic = ET.parse(MODELS / "gripper.urdf").getroot().find("joint[@name='right_slide']/mimic")
-    assert mimic.get("joint") == "left_slide"
-    assert (float(mimic.get("multiplier")), float(mimic.get("offset"))) == (1, 0)
 
 
 def test_the_four_bar_is_assembled_at_zero_with_crank_and_rocker_upright():

@@ -5,7 +5,6 @@ import inspect
 import re
 import subprocess
 import sys
-import types
 
 import pytest
 
@@ -227,11 +226,6 @@ def test_a_strict_checker_knows_the_type_of_every_result(tmp_path):
         short = re.sub(r"numpy\.ndarray\[.*?dtype\[.*?\]\]", "ndarray", revealed)
         short = re.sub(r"\b(?:\w+\.)+", "", short)
         assert short == expected, (expected, revealed)
-
-
-def test_modules_are_modules():
-    for name in MODULES:
-        assert isinstance(getattr(ik, name), types.ModuleType)
 
 
 @pytest.mark.parametrize("name", ["effective_mass", "chain_urdf", "run_study"])

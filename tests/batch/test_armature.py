@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -80,34 +79,6 @@ def test_a_contact_without_friction_returns_e_times_its_approach(seed):
             _close(batch.dv[k], impulse * moved, 1e-11)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_pin_to_the_world_stops_its_point_with_the_least_energy(seed):
-    _, robot, q, v = _robot(20 + seed)
-    scene = ik.Scene(robot, constraints=[ik.PointAnchor("link_5", "world", at=AT)])
-    batch = ik.solve_batch(scene, q, v, outputs=("dv",))
-    for k in np.flatnonzero(batch.valid):
-        masses = dense_masses(robot, q[k])
-        rows = point_jacobian(robot, q[k], "link_5", AT)
-        kkt = np.block([[masses, -rows.T], [rows, np.zeros((3, 3))]])
-        if np.linalg.cond(kkt) < 1e6:
-            right = np.linalg.solve(kkt, np.r_[np.zeros(robot.nv), -rows @ v[k]])[: robot.nv]
-            _close(batch.dv[k], right, 1e-10)
-
-
-def test_a_body_all_but_a_point_is_refined_with_its_armature():
-    rng = np.random.default_rng(5)
-    robot = random_robot(rng, ["continuous", "revolute", "revolute about any axis"])
-    model = robot.model
-    model.inertias[3] = pin.Inertia(0.3, np.array([0.4, 0.1, 0.0]), 1e-9 * np.eye(3))
-    model.armature = np.array([0.0, 0.2, 0.01])
-    scene = ik.Scene(robot, [ik.AppliedImpulse("link_2", linear=[0, 1, 1], at=AT)])
-    q = np.array([random_configuration(robot, rng) for _ in range(ROWS)])
-    batch = ik.solve_batch(scene, q, outputs=("dv",))
-    for k in range(ROWS):
-        blow = point_jacobian(robot, q[k], "link_2", AT).T @ [0, 1, 1]
-        _close(batch.dv[k], np.linalg.solve(dense_masses(robot, q[k]), blow))
-
-
 def test_the_armature_of_a_leader_is_not_that_of_who_mimics_it():
     robot = ik.Robot.from_example("panda", mimic=True)
     robot.model.armature = np.linspace(0.1, 0.9, robot.nv)
@@ -129,34 +100,3 @@ def test_what_is_combined_keeps_its_armature():
     row = point_jacobian(robot, q[0], "link_5", AT)[2]
     _close(dv[robot.nv :], np.linalg.solve(dense_masses(robot, q[0]), row))
     _close(ik.solve_batch(scene, np.r_[q[1], q[0]], outputs=("dv",)).dv[0], dv)
-
-
-def test_a_branch_that_nothing_strikes_may_have_joints_without_frames():
-    model = pin.Model()
-    for k in range(4):
-        parent = 0 if k % 2 == 0 else k
-        joint_id = model.addJoint(parent, pin.JointModelRX(), pin.SE3.Identity(), f"joint_{k}")
-        place = pin.SE3(np.eye(3), np.array([0.0, 0.3, 0.0]))
-        model.appendBodyToJoint(joint_id, pin.Inertia.FromSphere(1.0, 0.1), place)
-        model.addBodyFrame(f"link_{k}", joint_id, pin.SE3.Identity(), 0)
-    model.armature = np.array([0.1, 0.2, 0.3, 0.4])
-    robot = ik.Robot.from_model(model)
-    scene = ik.Scene(robot, [ik.AppliedImpulse("link_3", linear=[0, 0, 1], at=AT)])
-    row = point_jacobian(robot, robot.neutral(), "link_3", AT)[2]
-    right = np.linalg.solve(dense_masses(robot, robot.neutral()), row)
-    _close(ik.solve(scene, robot.neutral(), robot.velocity()).dv, right)
-
-
-def test_damping_friction_and_limits_of_joints_do_not_enter_an_impact():
-    _, robot, q, v = _robot(35)
-    plain = ik.Scene(robot, [ik.AppliedImpulse("link_5", linear=[0, 0, 1], at=AT)])
-    other = pin.Model(robot.model)
-    for field in ("damping", "friction", "rotorInertia", "rotorGearRatio", "effortLimit"):
-        setattr(other, field, np.full(other.nv, 3.0))
-    other.velocityLimit = np.full(other.nv, 1e-3)
-    other.gravity.linear = np.array([1.0, 2.0, 3.0])
-    scene = ik.Scene(ik.Robot.from_model(other), plain.impulses)
-    np.testing.assert_array_equal(ik.solve(scene, q[0], v[0]).dv, ik.solve(plain, q[0], v[0]).dv)
-    np.testing.assert_array_equal(
-        ik.solve_batch(scene, q, v).v_after, ik.solve_batch(plain, q, v).v_after
-    )

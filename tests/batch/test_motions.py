@@ -17,7 +17,6 @@ from impulsekit import errors
 from impulsekit.batch.inputs import batch_inputs
 from impulsekit.batch.motions import pool, worker
 from impulsekit.cli import main
-from impulsekit.impact.contact_results import contact_impulses
 from impulsekit.motion.flight.strides import Strides
 from impulsekit.motion.warm import compile_motion
 from impulsekit.scene.motion import MotionSettings
@@ -111,27 +110,6 @@ def test_a_motion_that_is_stopped_keeps_what_there_was():
     assert batch.end[0] == 3.0 and 0.0 < batch.end[1] < 3.0
     np.testing.assert_array_equal(np.isfinite(batch.q[1, :, 0]), batch.t <= batch.end[1])
     assert np.isfinite(batch.q_end).all()
-
-
-def test_what_is_wrong_for_all_rows_is_one_error():
-    q, v = drops(3)
-    for wrong, kind in (
-        ({"q": q[:, :5]}, errors.ShapeError),
-        ({"v": v[:2]}, errors.ShapeError),
-        ({"q": q[0], "v": np.full(BALL.nv, np.nan)}, errors.NotFiniteError),
-        ({"duration": -1.0}, errors.RangeError),
-        ({"samples": [0.2, 0.1]}, errors.RangeError),
-        ({"rtoll": 1e-8}, errors.UnknownNameError),
-        ({"friction": {"wall": [0.1] * 3}}, errors.UnknownNameError),
-        ({"processes": 0}, errors.RangeError),
-        ({"progress": 3}, errors.InputError),
-        ({"samples": 10_000_000, "q": np.repeat(q, 1000, axis=0), "v": v[0]}, errors.InputError),
-    ):
-        given = {"q": q, "v": v, "duration": 0.1} | wrong
-        with pytest.raises(kind):
-            ik.simulate_batch(SCENE, **given)
-    with pytest.raises(errors.InputError, match="Scene"):
-        ik.simulate_batch(BALL, q, v)
 
 
 def test_scenes_with_functions_that_do_not_pickle_are_followed_here():
@@ -324,34 +302,3 @@ def test_a_process_ends_with_the_one_that_asks():
     told = subprocess.run(run, capture_output=True, text=True, check=True, timeout=60)
     # It was there as long as the other.
     assert told.stdout == "None\n"
-
-
-def test_impulses_of_a_batch_are_those_of_the_impacts():
-    pendulum = ik.Robot.from_urdf(MODELS / "double_pendulum.urdf")
-    joint = pendulum.joint_names[0]
-    box, floor = (ik.Robot.from_urdf(MODELS / f"{name}.urdf", root="freeflyer") for name in
-                  ("box", "floor"))  # fmt: skip
-    robot = ik.combine(box=box, floor=floor, ball=BALL, arm=pendulum)
-    scene = ik.Scene(
-        robot,
-        contacts=[
-            ik.JointStop(f"arm/{joint}", upper=0.1),
-            ik.Contact("ball/ball", at=[0, 0, -0.05], friction=0.3, rolling=0.01),
-            ik.Collision("box/box", "floor/floor", friction=0.2),
-            ik.Collision("box/box", "ball/ball"),
-        ],
-    )
-    place = {
-        "box/root_joint": [0, 0, 0.05, 0, 0, 0, 1],
-        "ball/root_joint": [3, 0, 0.05, 0, 0, 0, 1],
-    }
-    q = robot.configuration(**place, **{f"arm/{joint}": 0.1})
-    v = -np.ones(robot.nv)
-    impact = ik.solve(scene, q, v)
-    found = contact_impulses(impact)
-    for k, result in enumerate(impact.contacts):
-        assert (k in found) == result.touching
-        if result.touching:
-            np.testing.assert_array_equal(found[k], result.impulse)
-    assert [len(own) for own in found.values()] == [1, 3, 3]
-    assert len(impact.contacts[2].points) == 4

@@ -39,13 +39,6 @@ def test_dask_arrays_in_and_out(scene):
     assert np.array_equal(lazy.status.compute(scheduler="synchronous"), here.status)
 
 
-def test_one_row(scene):
-    q, v = random_states(scene.robot, 1)
-    here = ik.solve_batch(scene, q, v)
-    lazy = ik.solve_batch(scene, da.from_array(q), v)
-    assert np.array_equal(lazy.v_after.compute(scheduler="synchronous"), here.v_after)
-
-
 def test_what_all_rows_share_is_left_whole_where_its_length_is_that_of_the_batch(scene):
     q, v = random_states(scene.robot, scene.robot.nq)
     impulses = {"kick": np.random.default_rng(0).normal(size=(len(v), 3))}
@@ -70,19 +63,6 @@ def test_what_is_no_client(scene, tmp_path):
     ):
         run_study(study, tmp_path / "rows", client=1)
     assert not (tmp_path / "rows").exists()
-
-
-def test_chunks_of_unknown_size(scene):
-    q, v = random_states(scene.robot, 10)
-    some = da.from_array(q)
-    with pytest.raises(ik.errors.InputError, match=r"q: how many rows .* compute_chunk_sizes"):
-        ik.solve_batch(scene, some[some[:, 2] > -9.0], v)
-
-
-def test_rows_that_do_not_agree(scene):
-    q, v = random_states(scene.robot, 10)
-    with pytest.raises(ik.errors.InputError, match="one number of rows"):
-        ik.solve_batch(scene, da.from_array(q), v[:5])
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 import errno
 import hashlib
-import os
 import pathlib
 import signal
 import time
@@ -15,7 +14,7 @@ import impulsekit as ik
 from impulsekit.batch.masses import scaled_robot
 from impulsekit.batch.study.full_disk import StoreFullError
 from impulsekit.cli import main
-from impulsekit.study import Study, Variation, load_study, open_study, run_study, summarize
+from impulsekit.study import load_study, open_study, run_study, summarize
 
 from .forked import ForkedCommand
 
@@ -146,17 +145,6 @@ def test_a_full_disk_is_told_and_what_is_done_stays(scene_file, tmp_path, monkey
     assert told == [768, 1000]
 
 
-def test_the_summary_names_the_worst_rows(scene_file, tmp_path):
-    run_study(load_study(scene_file()), tmp_path / "rows")
-    summary = summarize(tmp_path / "rows")
-    assert summary.rows == 1000
-    assert {code.name: n for code, n in summary.statuses.items()} == {"SOLVED": 1000}
-    line = next(one for one in summary.quantities if one.name == "energy_change")
-    energy = open_study(tmp_path / "rows")["energy_change"].values
-    assert line.worst[0] == energy.argmax()
-    assert line.quantiles[3] == pytest.approx(np.median(energy))
-
-
 def test_the_command(scene_file, tmp_path):
     store = str(tmp_path / "rows")
     done = CliRunner().invoke(main, ["batch", str(scene_file()), "-o", store, "-q"])
@@ -165,33 +153,6 @@ def test_the_command(scene_file, tmp_path):
     again = CliRunner().invoke(main, ["batch", str(scene_file(999)), "-o", store, "-q"])
     assert again.exit_code == 2
     assert "another study" in again.output
-
-
-def test_all_faults_of_the_table_are_told(tmp_path):
-    path = tmp_path / "scene.toml"
-    text = SCENE.format(samples=-4, chunk=256).replace('"direction"', '"directoin"')
-    path.write_text(text.replace('of = "blow"', 'off = "blow"'))
-    with pytest.raises(ik.errors.SceneFileError) as caught:
-        load_study(path)
-    told = str(caught.value)
-    assert "direction" in told
-    assert '"of"' in told
-
-
-def test_what_a_variation_refuses(scene_file):
-    with pytest.raises(ik.errors.RangeError):
-        Variation("friction", low=-0.1, high=0.5)
-    with pytest.raises(ik.errors.InputError, match="low and high"):
-        Variation("velocity", low=1.0)
-    with pytest.raises(ik.errors.RangeError, match="above 0"):
-        Variation("mass", distribution="normal", deviation=0.1)
-    study = load_study(scene_file())
-    with pytest.raises(ik.errors.UnknownNameError, match="panda_hand"):
-        Study(study.scene, study.q, study.v, 10, vary=[Variation("mass", "hand", low=1, high=2)])
-    with pytest.raises(ik.errors.UnknownNameError, match="blow"):
-        Study(study.scene, study.q, study.v, 10, vary=[Variation("impulse", "bolw", low=0, high=1)])
-    with pytest.raises(ik.errors.InputError, match="no contacts"):
-        Study(study.scene, study.q, study.v, 10, vary=[Variation("friction", low=0, high=1)])
 
 
 def test_masses_that_vary_are_kept_with_the_rows(scene_file, tmp_path):
@@ -260,22 +221,3 @@ def test_killed_ten_times(scene_file, tmp_path):
     assert killed >= 5
     assert process.returncode == 0
     assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
-
-
-@pytest.mark.slow
-def test_two_workers_one_of_which_dies(scene_file, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    study = load_study(scene_file(samples=40_000, chunk=1024))
-    run_study(study, tmp_path / "whole")
-    cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
-    with cluster, distributed.Client(cluster, set_as_default=False) as client:
-        pids = client.run(os.getpid)
-
-        def kill_one(done, total):
-            if pids and done > 4000:
-                os.kill(pids.pop(next(iter(pids))), signal.SIGKILL)
-                pids.clear()
-
-        run_study(study, tmp_path / "spread", client=client, progress=kill_one)
-    assert not pids
-    assert contents(tmp_path / "whole") == contents(tmp_path / "spread")

@@ -5,11 +5,9 @@ from __future__ import annotations
 import dataclasses
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import numpy as np
@@ -121,23 +119,6 @@ def write_obj(path, height):
     path.write_text("\n".join([*("v {} {} {}".format(*c) for c in corners), *faces]) + "\n")
 
 
-@pytest.mark.parametrize("how", ["deleted", "cut off"])
-def test_numbers_that_were_lost_are_told_and_made_again(files, tmp_path, how):
-    study = load_study(files())
-    run_study(study, tmp_path / "rows")
-    whole = open_study(tmp_path / "rows").load()
-    file = tmp_path / "rows" / "rows.zarr" / "v_after" / "2.0"
-    if how == "deleted":
-        file.unlink()
-    else:
-        file.write_bytes(file.read_bytes()[:-8])
-    for look in (open_study, summarize):
-        with pytest.raises(InputError, match="number 2 of v_after; run the same study again"):
-            look(tmp_path / "rows")
-    run_study(study, tmp_path / "rows")
-    assert open_study(tmp_path / "rows").load().identical(whole)
-
-
 @pytest.mark.parametrize("name", ["v_after", "status"])
 def test_a_chunk_that_was_changed_on_disk_is_told_and_made_again(files, tmp_path, name):
     study = load_study(files(samples=250))
@@ -154,21 +135,6 @@ def test_a_chunk_that_was_changed_on_disk_is_told_and_made_again(files, tmp_path
         open_study(tmp_path / "rows").load()
     run_study(study, tmp_path / "rows")
     assert open_study(tmp_path / "rows").load().identical(whole)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["v_after", "dof", "dof/0"])
-def test_an_array_that_was_lost_is_told(files, tmp_path, name):
-    study = load_study(files())
-    run_study(study, tmp_path / "rows")
-    lost = tmp_path / "rows" / "rows.zarr" / name
-    if lost.is_dir():
-        shutil.rmtree(lost)
-    else:
-        lost.unlink()
-    for look in (open_study, summarize, lambda path: run_study(study, path)):
-        with pytest.raises(InputError, match=f"{name.partition('/')[0]} missing in rows.zarr"):
-            look(tmp_path / "rows")
 
 
 @pytest.mark.slow
@@ -267,24 +233,6 @@ def test_everything_else_that_a_row_depends_on_is_in_the_fingerprint():
     assert fingerprint_of(contact=contact(restitution=law(0.3))) == given[6]
 
 
-def test_the_version_of_the_package_is_in_the_fingerprint(monkeypatch):
-    before = fingerprint_of()
-    monkeypatch.setattr(ik, "__version__", "0.0.1")
-    assert fingerprint_of() != before
-
-
-def test_a_coefficient_that_cannot_be_told_from_others_is_refused():
-    class Odd:
-        def __call__(self, speed):
-            return 0.5
-
-        def __reduce__(self):
-            raise TypeError
-
-    with pytest.raises(ik.errors.InputError, match="an Odd"):
-        fingerprint_of(contact=ik.Contact("FL_FOOT", restitution=Odd()))
-
-
 def test_only_one_run_writes_at_a_time(files, tmp_path):
     study = load_study(files())
     met = []
@@ -300,29 +248,6 @@ def test_only_one_run_writes_at_a_time(files, tmp_path):
     for word in (str(os.getpid()), met[0].host, met[0].since, "rows"):
         assert word in str(met[0])
     run_study(study, tmp_path / "rows")
-
-
-@pytest.mark.slow
-def test_of_many_threads_one_makes_the_store(files, tmp_path):
-    study = load_study(files(samples=4096))
-    ends = []
-
-    def run():
-        try:
-            run_study(load_study(tmp_path / "s.toml"), tmp_path / "rows", threads=1)
-            ends.append("done")
-        except StoreLockedError:
-            ends.append("locked")
-
-    threads = [threading.Thread(target=run) for _ in range(4)]
-    for one in threads:
-        one.start()
-    for one in threads:
-        one.join()
-    assert "done" in ends
-    assert len(ends) == 4
-    run_study(study, tmp_path / "fresh")
-    assert same_rows(tmp_path / "rows", tmp_path / "fresh")
 
 
 def same_rows(one, other):
@@ -359,51 +284,6 @@ def test_a_store_that_is_taken_away_gets_nothing_more(files, tmp_path):
     assert summarize(tmp_path / "moved").written == 64
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "left", ["writer.lock", "rows.zarr", "rows.partial", ".study.json.12.partial"]
-)
-def test_a_store_half_made_is_made_anew(files, tmp_path, left):
-    study = load_study(files())
-    folder = tmp_path / "rows"
-    (folder).mkdir()
-    (folder / "writer.lock").write_text("{")
-    if left == "rows.zarr":
-        (folder / left / "status").mkdir(parents=True)
-        (folder / left / "status" / "0").write_bytes(b"\0" * 64)
-    elif left == "rows.partial":
-        (folder / left).mkdir()
-    else:
-        (folder / left).write_text("")
-    run_study(study, folder)
-    run_study(study, tmp_path / "fresh")
-    assert same_rows(folder, tmp_path / "fresh")
-    assert sorted(os.listdir(folder)) == ["rows.zarr", "study.json", "writer.lock"]
-
-
-@pytest.mark.slow
-def test_what_is_no_store_is_told(files, tmp_path):
-    study = load_study(files())
-    for given in (tmp_path / "none", tmp_path / "s.toml", 3, None):
-        with pytest.raises(ik.errors.InputError):
-            summarize(given)
-    with pytest.raises(ik.errors.InputError, match="no folder"):
-        run_study(study, tmp_path / "s.toml")
-    (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(ik.errors.InputError, match=r"a link to .*nowhere., which does not exist"):
-        run_study(study, tmp_path / "dangling")
-    run_study(study, tmp_path / "rows")
-    (tmp_path / "rows" / "study.json").write_text("{}")
-    with pytest.raises(ik.errors.InputError, match="damaged"):
-        run_study(study, tmp_path / "rows")
-    run_study(study, tmp_path / "more")
-    (tmp_path / "more" / "rows.zarr" / "status" / ".zarray").write_text("{")
-    with pytest.raises(ik.errors.InputError, match="damaged"):
-        run_study(study, tmp_path / "more")
-    with pytest.raises(ik.errors.InputError, match="damaged"):
-        summarize(tmp_path / "more")
-
-
 def options(path, folder):
     return ["batch", str(path), "-q", "-o", str(folder), "--threads", "1"]
 
@@ -438,17 +318,6 @@ def test_ctrl_c_says_how_to_go_on(files, tmp_path):
     assert "of 5000 rows are written" in told
     assert f"batch {path}" in told
     assert "Traceback" not in told
-
-
-@pytest.mark.slow
-def test_ctrl_c_of_a_terminal_reaches_the_workers_too_and_they_leave_it(files, tmp_path):
-    path = files(samples=500_000, chunk=64)
-    process = start(path, tmp_path / "rows", "--workers", "1")
-    wait_until_written(tmp_path / "rows", process)
-    os.killpg(process.pid, signal.SIGINT)
-    told = process.communicate(timeout=25)[0]
-    assert process.returncode == 130
-    assert "of 500000 rows are written" in told and "Traceback" not in told
 
 
 def test_ctrl_c_while_a_chunk_is_written_comes_after_it(files, tmp_path, monkeypatch):

@@ -13,17 +13,16 @@ from click.testing import CliRunner
 from benchmarks.__main__ import main
 from benchmarks.claims import LONG_SECTIONS, SECTIONS, TABLE, OfProblem, claims
 from benchmarks.methods.method import Method
-from benchmarks.methods.registry import few, methods
+from benchmarks.methods.registry import methods
 from benchmarks.problems.blows import chain_problem
 from benchmarks.problems.registry import problem_named, problems
-from benchmarks.report import draw, main_table
+from benchmarks.report import main_table
 from benchmarks.run import Effort, about, measure, read_table, write_table
-from benchmarks.timing import Claim, Ratio, Times, Timing, time_in_turn
+from benchmarks.timing import Claim, Times, Timing
 from impulsekit.errors import UnknownNameError
 
 SHORT = Effort(rounds=3, seconds=1e-4, longest=0.01)
 QUICK = list(problems(quick=True))
-OURS = methods(["impulsekit, solve"])
 
 
 def method(name, call, **more):
@@ -75,22 +74,6 @@ def test_rows_are_written_as_json_and_csv(tmp_path):
 # -- times ------------------------------------------------------------------------------------
 
 
-def test_a_slow_way_has_fewer_rounds():
-    import time
-
-    ways = {"quick": lambda: None, "slow": lambda: time.sleep(0.01)}
-    times = time_in_turn(ways, rounds=50, seconds=1e-5, longest=0.05)
-    assert len(times["quick"].rounds) == 50
-    assert 1 <= len(times["slow"].rounds) <= 5
-
-
-def test_ratios_are_taken_round_by_round():
-    # A machine that gets ten times slower in the middle.
-    ours, theirs = Timing((2.0, 2.0, 20.0, 20.0, 20.0)), Timing((1.0, 1.0, 10.0, 10.0, 10.0))
-    assert Ratio.of(ours, theirs) == Ratio(2.0, 2.0, 2.0)
-    assert Ratio.of(ours, theirs, calls=4.0).median == 0.5
-
-
 def test_a_claim_is_kept_on_its_side_of_the_bound():
     ours, theirs = Timing((1.0, 1.0, 1.0)), Timing((3.0, 3.0, 3.0))
     assert Claim.of_ratio("less", Times(ours, theirs), 0.5).met
@@ -102,32 +85,6 @@ def test_a_claim_is_kept_on_its_side_of_the_bound():
 
 
 # -- methods ----------------------------------------------------------------------------------
-
-
-def test_methods_are_chosen_by_the_beginning_of_their_names():
-    assert {m.name for m in OURS} >= {"impulsekit, solve", "impulsekit, solver"}
-    assert all(not m.peer for m in methods(peers=False))
-    assert len({m.label for m in methods()}) == len(methods())
-    with pytest.raises(UnknownNameError, match="impulsekit, solve"):
-        methods(["impulsekit, slove"])
-
-
-def test_a_quick_run_does_with_every_second_setting():
-    names = [m.label for m in few(methods(["impulsekit"]))]
-    assert "impulsekit, solve" in names and "impulsekit, batch" in names
-    assert [n for n in names if "radau" in n] == ["impulsekit, simulate radau, 1e-06"]
-
-
-EXACT = ["impulsekit, solve", "pinocchio, aba", "numpy"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("problem", QUICK, ids=lambda p: p.name)
-def test_exact_ways_solve_the_problems_that_they_suit(problem):
-    for one in methods([*EXACT, "pinocchio, crba", "scipy"]):
-        # The closed linkages have rows that repeat each other.
-        if one.suits(problem) and not (one.peer and problem.family == "closed chain"):
-            assert problem.error(np.asarray(one.prepare(problem)())) < 1e-9, one.label
 
 
 @pytest.mark.slow
@@ -162,22 +119,6 @@ def test_the_command_writes_report_rows_and_diagrams(tmp_path):
         assert f"]({picture.name})" in report
     again = command("--quick", "--part", "rows", *FEW, "-o", out)
     assert again.exit_code == 2 and "another folder" in again.stderr
-
-
-@pytest.mark.slow
-def test_the_same_rows_give_the_same_pictures(tmp_path):
-    rows = [row for n in (3, 5) for row in measure(chain_problem(n), [RIGHT, WRONG], SHORT)]
-    texts = []
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        texts.append([path.read_text() for path in draw(rows, tmp_path / name)])
-    assert texts[0] and texts[0] == texts[1]
-
-
-def test_the_command_lists_problems_and_methods():
-    done = command("--list", "--no-peers")
-    assert "struck chain" in done.stdout and "impulsekit, batch" in done.stdout
-    assert "mujoco" not in done.stdout
 
 
 def test_the_command_names_what_it_does_not_know(tmp_path):

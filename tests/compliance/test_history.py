@@ -165,22 +165,3 @@ def test_what_has_no_history_says_why():
     scene = ik.Scene(BALL, [blow], contacts=dropped(0.5).scene.contacts, gap_bound=np.inf)
     with pytest.raises(ik.errors.InputError, match="applied impulse"):
         force_history(ik.solve(scene, BALL.neutral(), BALL.velocity()), RUBBER)
-
-
-@pytest.mark.parametrize(
-    ("make", "word"),
-    [
-        (lambda: Hertz(E=-1, nu=0.3, radius=1), "E must be above 0"),
-        (lambda: Hertz(E=1, nu=0.7, radius=1), "-1 to 0.5"),
-        (lambda: Hertz(E=1, nu=0.3, radius=1, other_radius=-0.5), "other_radius"),
-        (lambda: HuntCrossley(0.0), "above 0"),
-        (lambda: HuntCrossley(1.0, 0.5), "1 to 10"),
-        (lambda: MeasuredCurve([0, 1], [0, 1, 2]), "shape"),
-        (lambda: MeasuredCurve([0, 1], [1, 2]), "0 first"),
-        (lambda: MeasuredCurve([0.1, 1], [0, 2]), "rising from 0"),
-        (lambda: HuntCrossley(float("nan")), "finite"),
-    ],
-)
-def test_bad_curves_are_refused(make, word):
-    with pytest.raises(ik.errors.InputError, match=word):
-        make()

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -65,18 +64,3 @@ def test_the_pose_and_held_joints_count():
     assert other.robot_mass != pytest.approx(free.robot_mass, rel=1e-3)
     own = BodyRegion("dummy", mass=1e6, stiffness=1e4, force=1.0, pressure=1e4)
     assert transient_contact(arm, q, v, body=own).force_limit == 2.0
-
-
-def test_bad_input_is_refused_by_name():
-    with pytest.raises(ik.errors.UnknownNameError, match="chest"):
-        transient_contact(ROD, [0.0], [1.0], body="chst")
-    with pytest.raises(ik.errors.InputError, match="does not move"):
-        transient_contact(ROD, [0.0], [0.0], "link_1", at=[0, 0, -1])
-    with pytest.raises(ik.errors.InputError, match="towards the person"):
-        transient_contact(ROD, [0.0], [1.0], "link_1", at=[0, 0, -1], direction=[1, 0, 0])
-    with pytest.raises(ik.errors.RangeError, match="area must be above 0"):
-        transient_contact(ROD, [0.0], [1.0], "link_1", at=[0, 0, -1], area=0.0)
-    with pytest.raises(ik.errors.RangeError, match="mass must be above 0"):
-        BodyRegion("x", mass=-1, stiffness=1, force=1, pressure=1)
-    with pytest.raises(ik.errors.InputError, match="a Robot or a Scene"):
-        transient_contact(None, [0.0], np.zeros(1))

@@ -44,13 +44,6 @@ def test_exact_measurements_give_the_coefficients_back():
     assert found["floor: friction"] == found.values[1] and found.converged
 
 
-def test_what_is_not_seen_has_no_end_to_its_interval():
-    # A contact that sticks says nothing about µ.
-    scene, throws = thrown(0.5, 9.0)
-    found = fit(measured(scene, scene, throws, 1e-3, np.random.default_rng(1)))
-    assert np.isinf(found.sigma[1]) and np.isfinite(found.sigma[0])
-
-
 def test_numbers_that_were_not_measured_do_not_count():
     scene, throws = thrown()
     truth, _ = thrown(0.73, 0.31)
@@ -123,14 +116,6 @@ def test_what_cannot_be_fitted_is_said():
         fit_impacts([Measurement(scene, *throws[0], [*[np.nan] * 5, 1.0])], friction=["floor"])
 
 
-def test_a_fit_that_starts_where_every_contact_sticks_finds_the_friction():
-    scene, throws = thrown(0.5, 5.0)
-    truth, _ = thrown(0.7, 0.15)
-    found = fit(measured(truth, scene, throws, 1e-6, np.random.default_rng(3)))
-    assert found.values == pytest.approx([0.7, 0.15], abs=1e-4)
-    assert found.converged and not found.notes
-
-
 def test_what_no_contact_tells_is_said_and_is_not_converged():
     scene, throws = thrown(0.5, 9.0)
     found = fit(measured(scene, scene, throws, 1e-3, np.random.default_rng(1)))
@@ -168,40 +153,6 @@ def test_intervals_stay_where_coefficients_may_lie_and_reached_bounds_are_said()
     assert any("reaches its bound 1" in note for note in fit(faster).notes)
 
 
-def test_one_measurement_off_the_others_is_named():
-    truth, throws = thrown(0.6, 0.25, count=12)
-    seen = measured(truth, truth, throws, 1e-3, np.random.default_rng(7), told=False)
-    wrong = np.array(seen[4].v_after)
-    wrong[2] += 0.5
-    seen[4] = Measurement(truth, seen[4].q, seen[4].v_before, wrong)
-    assert any(note.startswith("measurements[4] is off") for note in fit(seen).notes)
-
-
-def test_what_no_contact_tells_has_no_interval_even_where_all_residuals_are_zero():
-    scene, throws = thrown(0.5, 9.0, count=3)
-    found = fit(measured(scene, scene, throws, 0.0, np.random.default_rng(1), told=False))
-    assert not found.residuals.any()
-    assert np.isinf(found.sigma[1]) and found.sigma[0] == 0.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
-def test_noise_in_the_velocities_before_is_in_the_intervals(told):
-    # It goes through the impact: all numbers of a measurement are off together.
-    covered, runs = np.zeros(2), 12
-    for seed in range(runs):
-        rng = np.random.default_rng(seed)
-        scene, throws = thrown(count=10, seed=seed)
-        truth, _ = thrown(0.73, 0.31)
-        noisy = [
-            Measurement(scene, m.q, m.v_before + 1e-2 * rng.normal(size=6), m.v_after, m.sigma)
-            for m in measured(truth, scene, throws, 1e-3, rng, told=told)
-        ]
-        low, high = fit(noisy).intervals(0.95).T
-        covered += (low <= [0.73, 0.31]) & (high >= [0.73, 0.31])
-    assert (covered >= 0.8 * runs).all()
-
-
 def noisy_impacts(rng, truth, scene, throws, outliers=0):
     """Impacts with noise in q, v- and v+ of a covariance that couples them, and some wrong ones."""
     sigma = np.repeat([2e-3, 1e-2, 1e-2], 6)
@@ -237,21 +188,3 @@ def test_errors_in_variables_and_outliers_are_covered(outliers):
             count += (low <= [0.6, 0.25]) & (high >= [0.6, 0.25])
     assert (covered >= 0.8 * runs).all()
     assert (drawn >= 0.6 * runs).all()
-
-
-def test_covariances_that_are_none_are_said():
-    scene, throws = thrown()
-    (q, v), after = throws[0], np.zeros(6)
-    for given, error, match in (
-        (np.eye(6), ik.errors.ShapeError, r"\(18, 18\)"),
-        (-np.eye(18), ik.errors.RangeError, "semidefinite"),
-        (np.full((18, 18), np.nan), ik.errors.NotFiniteError, "covariance"),
-    ):
-        bad = ik.measured.Measurement(scene, q, v, after, covariance=given)
-        with pytest.raises(error, match=match):
-            fit([bad])
-    both = ik.measured.Measurement(scene, q, v, after, 1.0, np.eye(18))
-    with pytest.raises(ik.errors.InputError, match="both given"):
-        fit([both])
-    with pytest.raises(ik.errors.RangeError, match="robust"):
-        ik.measured.fit_impacts([], restitution=["floor"], robust="much")

@@ -40,37 +40,6 @@ def test_the_text_tells_value_and_interval(tmp_path):
     assert list(json.loads(to.read_text())["parameters"]) == ["floor: friction"]
 
 
-def scene_of_pendulum(tmp_path, measured, name="rod.json"):
-    urdf = tmp_path / "rod.urdf"
-    urdf.write_text(ik.models.pendulum_urdf(1))
-    scene = tmp_path / "rod.toml"
-    scene.write_text(
-        '[robot]\nurdf = "rod.urdf"\n[[impulses]]\nkind = "applied"\nframe = "link_1"\n'
-        "linear = [1, 0, 0]\nat = [0, 0, -1]\n"
-    )
-    (tmp_path / name).write_text(measured)
-    return str(scene)
-
-
-def test_an_inertia_out_of_a_list(tmp_path):
-    # A blow of 1 N s at the end of a rod of length 1: ω = 1/I. The sign is that of the axis.
-    measured = json.dumps(
-        [{"q": {"joint_1": 0.0}, "after": {"joint_1": s}, "sigma": 1e-3} for s in (-2.0, -2.0)]
-    )
-    scene = scene_of_pendulum(tmp_path, measured)
-    answer = run(scene, "--inertia", "joint_1:iyy", "--json", "-")
-    assert answer.exit_code == 0
-    found = json.loads(answer.stdout)["parameters"]["joint_1: iyy"]
-    assert found["value"] == pytest.approx(0.5, rel=1e-9)
-
-
-def test_what_is_not_seen_is_said(tmp_path):
-    measured = json.dumps([{"after": {"joint_1": -3.0}, "sigma": 1e-3}])
-    scene = scene_of_pendulum(tmp_path, measured)
-    answer = run(scene, "--inertia", "joint_1:ixx")
-    assert answer.exit_code == 0 and "not seen" in answer.stdout
-
-
 def test_tables_and_lists_say_the_same(tmp_path):
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     scene = ik.Scene(ball, contacts=[ik.Contact("ball")])

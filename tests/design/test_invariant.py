@@ -88,18 +88,3 @@ def test_the_worst_of_a_box_is_that_of_a_fine_grid():
                 most = max(most, float(np.linalg.norm(impact.reactions["joint_1"][:3])))
     assert worst.impulse >= most * (1 - 1e-6) and worst.impulse < 1.05 * most
     assert worst.impulse == pytest.approx(np.linalg.norm(worst.reaction[:3]))
-
-
-def test_bad_input_is_one_clear_error():
-    scene, q = walker()
-    with pytest.raises(ik.errors.InputError, match="no contact touches"):
-        impact_invariant(ik.Scene(scene.robot), q)
-    with pytest.raises(ik.errors.ShapeError, match="expected shape"):
-        impact_invariant(scene, q).project([1.0])
-    v = scene.robot.velocity()
-    with pytest.raises(ik.errors.InputError, match="to vary"):
-        worst_impact(scene, q, v, "FL_KFE")
-    with pytest.raises(ik.errors.RangeError, match="restitution"):
-        worst_impact(scene, q, v, "FL_KFE", restitution=(0.5, 1.5))
-    with pytest.raises(ik.errors.UnknownNameError, match="joint"):
-        worst_impact(scene, q, v, "FL_KNEE", restitution=(0.0, 0.5), samples=0)

@@ -5,7 +5,7 @@ import pytest
 
 import impulsekit as ik
 
-from . import EXAMPLES, printed, solved
+from . import printed, solved
 
 
 def about(value, rel=1e-12):
@@ -24,37 +24,12 @@ def test_bouncing_ball():
     assert -impact.energy.change == about(0.25 * (0.36 * 9 + 2 / 7 * 4))
 
 
-@pytest.mark.slow
-def test_the_bouncing_ball_ends_up_rolling():
-    file = ik.load_scene(EXAMPLES / "bouncing_ball.toml")
-    motion = ik.simulate(file.scene, file.q, file.v, settings=file.motion)
-    assert motion.status.finished
-    # Bounces last 2 u/g each, with u = 2.4, 2.4 e, 2.4 e², ...
-    rolls = 2 * 2.4 / 9.81 / (1 - 0.8)
-    assert [rest.start for rest in motion.rests] == pytest.approx([rolls], abs=1e-5)
-    # The impact at the start is the last that changes its speed along the floor.
-    np.testing.assert_allclose(motion.q[:, 0], 10 / 7 * motion.t, atol=1e-8)
-    np.testing.assert_allclose(motion.v[-1, 4], 10 / 7 / 0.05, rtol=1e-8)
-    assert motion.q[:, 2].min() > 0.05 - 1e-8
-
-
 def test_falling_rod():
     impact = solved("falling_rod")
     assert impact.contacts[0].impulse == about([0, 6 / 7, 0])
     assert impact.velocity_at("rod", [0.5, 0, 0]).after == about([0, -1 + 6 / 7, 0])
     assert impact.v_after[2] == about(-12 * 6 / 7 / 2 * 0.5)
     assert impact.contacts[0].velocity_after[1] == about(0.5)
-
-
-@pytest.mark.slow
-def test_falling_rods_at_all_angles():
-    rows = np.array([[float(x) for x in line] for line in printed("falling_rod")[1:]])
-    angles = np.radians(rows[:, 0])
-    impulse = 1.5 / (1 + 3 * np.cos(angles) ** 2)
-    assert rows[:, 0].tolist() == [0, 15, 30, 45, 60, 75, 90]
-    assert rows[:, 1] == pytest.approx(impulse, abs=6e-6)
-    assert rows[:, 2] == pytest.approx(impulse, abs=6e-6)
-    assert rows[:, 3] == pytest.approx(6 * impulse * np.cos(angles), abs=6e-5)
 
 
 def test_hammer_and_nail():
@@ -117,18 +92,6 @@ def test_rocking_block():
     assert impact.energy.after / impact.energy.before == about((7 / 13) ** 2)
 
 
-@pytest.mark.slow
-def test_standing_blocks_rock_on_and_lying_ones_stop():
-    standing, lying = printed("rocking_block")[1:]
-    assert standing[0] == "standing"
-    assert float(standing[4]) == float(standing[3]) == pytest.approx(7 / 13, abs=1e-4)
-    assert standing[5] == "separated"
-    assert lying[0] == "lying"
-    assert float(lying[3]) < 0
-    assert float(lying[4]) == 0
-    assert lying[5] == "sticking"
-
-
 def test_solo12_landing():
     impact = solved("solo12_landing")
     assert impact.status is ik.Status.SOLVED
@@ -181,48 +144,6 @@ def test_thrown_ball():
         assert across == pytest.approx(np.zeros(3), abs=1e-12)
 
 
-@pytest.mark.slow
-def test_rough_floor_by_hand():
-    """M Δq̇ = Jᵀ P for two rods, with the angles from the vertical, and the laws' own words."""
-    after = {}
-    for line in printed("rough_floor")[1:]:
-        after[line[0], line[1]] = (*map(float, line[2:5]), line[5])
-    a, b = np.radians([20, 30])
-    e, friction = 0.7, 0.5
-    mass = np.array([[4 / 3, np.cos(a - b) / 2], [np.cos(a - b) / 2, 1 / 3]])
-    # Of the end, x towards -sin, z up; rates are those of the absolute angles.
-    rows = np.array([[-np.cos(a), -np.cos(b)], [np.sin(a), np.sin(b)]])
-    rates = np.array([-0.1, -0.2])
-    before = rows @ rates
-    across = rows @ np.linalg.solve(mass, rows.T)
-    energy = rates @ mass @ rates / 2
-
-    def kept(impulse):
-        left = rates + np.linalg.solve(mass, rows.T @ impulse)
-        return left @ mass @ left / 2 / energy
-
-    # Newton, slip at the end: the end leaves at e times its approach, still sliding, now
-    # towards -x, so that friction points to +x.
-    pushed = -(1 + e) * before[1] / (across[1, 1] + friction * across[1, 0])
-    impulse = pushed * np.array([friction, 1])
-    velocity = before + across @ impulse
-    assert velocity[0] < 0
-    newton = after["newton", "end"]
-    assert newton[:3] == pytest.approx((kept(impulse), *velocity), abs=6e-4)
-    assert newton[0] > 2.7
-    assert newton[3] == "ENERGY_GAIN"
-    assert solved("rough_floor").energy.after / solved("rough_floor").energy.before == about(
-        kept(impulse)
-    )
-    # Nothing else gains, and Newton's law along the path has its own word kept, too.
-    for laws, (share, _, up, status) in after.items():
-        if laws != ("newton", "end"):
-            assert share < 1
-            assert status == "SOLVED"
-        if laws[0] == "newton":
-            assert up == pytest.approx(-e * before[1], abs=6e-5)
-
-
 def test_stronge_on_the_rough_floor_regains_e_squared_of_the_work():
     """The impact run in small steps of the normal impulse."""
     impact = solved("rough_floor")
@@ -255,12 +176,3 @@ def contact_rows(impact):
     absolute = np.array([[-np.cos(a), -np.cos(b)], [np.sin(a), np.sin(b)]])
     # The joints' rates: the first is the rod's own, the second adds to it.
     return absolute @ np.array([[1, 0], [1, 1]])
-
-
-@pytest.mark.slow
-def test_the_law_that_was_at_work_predicts_best():
-    lines = printed("which_law")
-    assert lines[1][:4] == ("Stronge,", "along", "the", "path")
-    assert float(lines[1][4]) < 2.0 < float(lines[2][5])
-    # The probability that another law is better.
-    assert all(line[line.index("tip:") - 1] == "0.000" for line in lines[2:4])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from . import commands, entries, files, robots, solving, urdfs
+from . import commands, files, robots, solving, urdfs
 from .fault import Fault, Told, commit, workshop
 
 __all__ = ["faults_by_room", "told_by_room", "written"]
@@ -21,7 +21,6 @@ def faults_by_room() -> dict[str, Sequence[Fault]]:
     return {
         "URDF files": urdfs.FAULTS,
         "Robots and states": robots.FAULTS,
-        "What a scene holds": entries.FAULTS,
         "Solving, following, batches, checks, pictures, design": solving.FAULTS,
         "Scene files and studies": files.FAULTS,
         "The command line": commands.FAULTS,

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-import pathlib
-from random import Random
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.fuzz import pool, target
-from benchmarks.fuzz.grammar import mutated, random_scene, random_urdf
+from benchmarks.fuzz.grammar import random_scene
 from benchmarks.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
 
 QUIET = settings(
@@ -43,21 +41,6 @@ def test_two_hundred_files(folder, first):
     assert {"SOLVED", "UrdfError", "SceneFileError"} <= outcomes
 
 
-@pytest.mark.slow
-def test_two_thousand_files_in_processes_that_may_die():
-    tally = pool.fuzz(2000, jobs=2, seed=11)
-    assert tally.files == 2000
-    assert tally.findings == []
-
-
-@pytest.mark.slow
-@QUIET
-@given(st.randoms(use_true_random=False))
-def test_any_urdf(folder, rng):
-    text = random_urdf(rng).encode("utf-8", "surrogatepass")
-    try_file(folder, "urdf", text, 1)
-
-
 @QUIET
 @given(st.randoms(use_true_random=False))
 def test_any_scene(folder, rng):
@@ -71,11 +54,6 @@ def test_any_bytes(folder, data):
     for kind in KINDS[:2]:
         try_file(folder, kind, data, 1)
         try_file(folder, kind, b"<robot>" + data, 1)
-
-
-def test_a_mutation_changes_something():
-    whole = b'<robot name="r"><link name="a"/></robot>'
-    assert sum(mutated(Random(i), whole) != whole for i in range(50)) > 35
 
 
 def test_words_that_give_away_too_much_are_faults():
@@ -120,18 +98,3 @@ class _Forking:
         import multiprocessing.context
 
         return getattr(multiprocessing.context.ForkContext(), name)
-
-
-@pytest.mark.slow
-def test_the_quick_form_of_the_command(tmp_path):
-    from click.testing import CliRunner
-
-    from benchmarks.fuzz.__main__ import main
-
-    result = CliRunner().invoke(
-        main, ["--files", "40", "--jobs", "1", "--keep", str(tmp_path / "kept")]
-    )
-    assert result.exit_code == 0, result.output
-    assert "40 files" in result.output
-    assert "0 findings" in result.output
-    assert not pathlib.Path(tmp_path / "kept").exists()

@@ -45,28 +45,6 @@ def noisy_motion(scene, q, v, duration, count, sigma, rng, name):
 
 
 @pytest.mark.slow
-def test_bodies_that_noise_parts_have_collided():
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    two = ik.combine(a=ball, b=ball)
-    hit = ik.Collision("a/ball", "b/ball", restitution=0.7, friction=0.1, name="hit")
-    scene, rng = ik.Scene(two, contacts=[hit], gravity=[0, 0, -9.81]), np.random.default_rng(0)
-    v, seen = np.zeros(12), []
-    v[[0, 2, 6, 8]] = [1.0, 1.0, -1.0, 1.0]
-    for k in range(4):
-        q = two.neutral().copy()
-        q[[0, 2, 7, 8, 9]] = [0.0, 1.0, 0.5, 0.02 * k - 0.03, 1.0]
-        seen.append(noisy_motion(scene, q, v, 0.4, 41, 1e-4, rng, str(k)))
-    found = ik.measured.find_impacts(seen, scene, sigma=1e-4)
-    gaps = np.array([each.gaps[0] for each in found.impacts])
-    assert len(gaps) == 4 and (gaps > 1e-6).any() and (gaps < 0.0).any()
-    # The line of centres says which impulse: along it, but for friction.
-    assert all(len(each.impulses) == 1 and each.impulses[0][0] < -0.5 for each in found.impacts)
-    start = replace(scene, contacts=[replace(hit, restitution=0.5)])
-    fit = ik.measured.fit_impacts(found.measurements(start), restitution=["hit"])
-    assert fit["hit: restitution"] == pytest.approx(0.7, abs=0.01)
-
-
-@pytest.mark.slow
 def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
     rod = ik.Robot.from_urdf(ROD)
     stop = ik.JointStop("hinge", lower=-0.4, upper=2.0, restitution=0.6, name="stop")
@@ -79,43 +57,6 @@ def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
     start = replace(scene, contacts=[replace(stop, restitution=0.3)])
     fit = ik.measured.fit_impacts(found.measurements(start), restitution=["stop"])
     assert fit["stop: restitution"] == pytest.approx(0.6, abs=0.01)
-
-
-@pytest.mark.slow
-def test_balance_of_balls_that_hit_each_other_counts_the_noise_of_their_normal():
-    # Noise of known size in closed form: q, v⁻ and v⁺ are off by independent draws.
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    two = ik.combine(a=ball, b=ball)
-    hit = ik.Collision("a/ball", "b/ball", restitution=0.7, friction=0.1, name="hit")
-    closing, rng = ClosingContacts(ik.Scene(two, contacts=[hit])), np.random.default_rng(3)
-    q = two.neutral().copy()
-    q[[2, 7, 9]] = 1.0, 0.1, 1.0
-    normal, model = np.array([1.0, 0.0, 0.0]), two.model
-    mass = model.inertias[1].mass
-    size = 2.0 * mass
-    impulse = np.array([-size, 0.05 * size, 0.03 * size])
-    inertia = model.inertias[1].inertia
-    jump = np.zeros(12)
-    for side, sign in ((0, 1.0), (6, -1.0)):
-        jump[side : side + 3] = sign * impulse / mass
-        # Both touch at RADIUS along the line of centres.
-        arm = sign * 0.05 * normal
-        jump[side + 3 : side + 6] = np.linalg.solve(inertia, np.cross(arm, sign * impulse))
-    noise = np.concatenate([np.full(12, 1e-4), np.full(12, 1e-3)])
-    noise[12 + np.array([3, 4, 5, 9, 10, 11])] = 1e-2
-    found = []
-    for _ in range(100):
-        off = noise * rng.normal(size=24)
-        found.append(
-            closing.of_jump(
-                pin.integrate(model, q, off[:12]),
-                jump + off[12:],
-                np.diag(noise**2),
-                np.zeros(12),
-                0.01,
-            )[3]
-        )
-    assert stats.kstest(found, "uniform").pvalue > 0.01
 
 
 def test_balance_of_a_corner_that_hits_a_floor_is_as_likely_as_it_says():

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.design import solved as batched_module
 from impulsekit.errors import InputError, RangeError
 from impulsekit.measured import (
     LawCandidate,
@@ -16,7 +15,7 @@ from impulsekit.measured import (
     find_mirrored,
     fit_impacts,
 )
-from impulsekit.measured.comparison import _dealt, usual_candidates
+from impulsekit.measured.comparison import usual_candidates
 from tests.measured.bodies import ball_scene
 
 NAMES = {"restitution": ["tip"], "friction": ["tip"]}
@@ -44,18 +43,6 @@ def rod_impacts(law, e, mu, count, sigma, seed=0):
                         points={"tip": at})
         )  # fmt: skip
     return found
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-def test_many_impacts_with_points_are_fitted_as_one_by_one(monkeypatch):
-    seen = rod_impacts(ik.Law(), 0.55, 0.12, 60, 0.01)
-    assert len(seen) >= 45
-    batched = fit_impacts(seen, **NAMES)
-    monkeypatch.setattr(batched_module, "FEWEST_WITH_POINTS", 1000)
-    by_one = fit_impacts(seen, **NAMES)
-    assert batched.values == pytest.approx(by_one.values, abs=1e-8)
-    assert batched.sigma == pytest.approx(by_one.sigma, rel=1e-5)
 
 
 @pytest.mark.slow
@@ -89,20 +76,6 @@ def test_laws_that_do_not_differ_are_not_told_apart():
     assert any("not significantly worse" in note for note in found.notes)
 
 
-@pytest.mark.slow
-def test_e_by_speed_is_found_and_told():
-    def e(speed):
-        return np.interp(speed, [1.0, 3.0], [0.8, 0.5])
-
-    seen = rod_impacts(ik.Law(), e, 0.1, 40, 1e-3)
-    laws = [LawCandidate("one e"), LawCandidate("e by speed", speeds=(1.0, 3.0))]
-    found = compare_laws(seen, laws, **NAMES, robust="none", folds=4)
-    assert found.names[0] == "e by speed" and found.better[0, 1] > 0.99
-    fit = found.fits[0]
-    assert fit.names[:2] == ("tip: restitution at 1 m/s", "tip: restitution at 3 m/s")
-    assert fit.values == pytest.approx([0.8, 0.5, 0.1], abs=5e-3)
-
-
 def test_a_speed_that_no_impact_reaches_is_named():
     seen = rod_impacts(ik.Law(), 0.5, 0.1, 8, 1e-3)
     candidate = LawCandidate("wide", speeds=(0.1, 20.0, 30.0))
@@ -126,26 +99,6 @@ def test_e_by_what_meets():
     found = compare_laws(seen, laws, restitution=["floor"], robust="none", folds=2)
     assert found.names[0] == "e by what meets"
     assert usual_candidates(seen)[-1].by_group
-
-
-def test_impacts_of_one_recording_are_held_out_together():
-    scene = ball_scene(0.4, 0.0)
-    q = scene.robot.neutral()
-    # Each recording has an e of its own: what one impact of it tells must not help another.
-    seen = [
-        Measurement(scene, q, [0, 0, -w, 0, 0, 0], [0, 0, e * w, 0, 0, 0], 1e-3, recording=name)
-        for name, e in (("a", 0.2), ("b", 0.4), ("c", 0.6))
-        for w in (1.0, 2.0)
-    ]
-    found = compare_laws(seen, [LawCandidate("Newton")], restitution=["floor"], robust="none",
-                         folds=3)  # fmt: skip
-    # Least squares on the other two: the mean of their e.
-    assert found.errors[0] == pytest.approx([0.3, 0.3, 0, 0, 0.3, 0.3], abs=1e-6)
-    with pytest.raises(InputError, match="5 folds need as many recordings, got 3"):
-        compare_laws([*seen, *seen], [LawCandidate("Newton")], restitution=["floor"], folds=5)
-    many = [replace(seen[0], recording=str(k % 7)) for k in range(40)]
-    sizes = np.bincount(_dealt(many, 3, 0))
-    assert sizes.min() >= 11 and sizes.max() <= 16
 
 
 def test_coefficients_by_what_is_known_before_an_impact():

@@ -5,8 +5,7 @@ import pytest
 from scipy.io import savemat
 
 from benchmarks.recorded.__main__ import main
-from benchmarks.recorded.drops import SQUARED_RADII, drop_section, load_drops
-from impulsekit.errors import FileError
+from benchmarks.recorded.drops import SQUARED_RADII, load_drops
 
 E, MU = 0.5, 0.15
 
@@ -55,14 +54,3 @@ def test_the_report_tells_the_coefficients(drops, capsys):
     assert "v_x mirrored" in text and "60 impacts, 1 flagged" in text
     line = next(line for line in text.splitlines() if line.startswith("Newton, slip at the end"))
     assert "restitution = 0.5 " in line and "friction = 0.15 " in line
-
-
-def test_what_is_no_file_of_drops_is_said_with_where_it_is(tmp_path):
-    with pytest.raises(FileError, match="ImpactModeling"):
-        drop_section(tmp_path / "none.mat")
-    (tmp_path / "text.mat").write_text("nothing")
-    with pytest.raises(FileError, match="no list of planar impacts"):
-        load_drops(tmp_path / "text.mat")
-    savemat(tmp_path / "other.mat", {"x": np.zeros(3)})
-    with pytest.raises(FileError, match="no list of planar impacts"):
-        load_drops(tmp_path / "other.mat")

@@ -22,16 +22,6 @@ def found():
     return scene, pairs, find_impacts([recording for recording, _ in pairs], scene)
 
 
-@pytest.mark.slow
-def test_times_are_within_half_a_sample_and_none_is_missed_or_invented(found):
-    _, pairs, impacts = found
-    times = {k: [i.time for i in impacts.impacts if i.recording == str(k)] for k in range(10)}
-    for k, (_, truth) in enumerate(pairs):
-        truth = truth[truth < 0.82]
-        assert len(times[k]) == len(truth)
-        assert np.abs(np.array(times[k]) - truth).max() < 0.5 / 150
-
-
 def test_states_and_times_are_as_far_off_as_the_covariance_says(found):
     _, pairs, impacts = found
     scores, of_time = [], []
@@ -55,25 +45,6 @@ def test_contacts_noise_and_momentum(found):
     assert impacts.sigma == pytest.approx(SIGMA, rel=0.25)
     balances = np.array([each.balance for each in impacts.impacts])
     assert (balances > 0.05).mean() > 0.8 and len(impacts.balanced()) == len(impacts)
-
-
-@pytest.mark.slow
-def test_jumps_off_the_floor_of_the_other_impacts_are_phases(found):
-    scene, pairs, impacts = found
-    first, truth = pairs[0]
-    q = first.q.copy()
-    # As flights do that meet below the floor, with a bounce between samples.
-    q[:, 2] -= 0.002
-    low = Recording(scene.robot, first.t, q, name="low")
-    both = find_impacts([low, *(recording for recording, _ in pairs[1:])], scene, sigma=SIGMA)
-    others = [each.time for each in impacts.impacts if each.recording != "0"]
-    assert [each.time for each in both.impacts] == pytest.approx(others, abs=1e-4)
-    middles = [0.5 * (start + end) for name, start, end in both.phases if name == "low"]
-    for time in truth[truth < 0.82]:
-        assert np.abs(np.array(middles) - time).min() < 0.5 / 150
-    assert any("more than one impact" in note for note in both.notes)
-    alone = find_impacts(low, scene, sigma=SIGMA)
-    assert len(alone) == sum(each.recording == "0" for each in impacts.impacts)
 
 
 def test_a_jump_that_no_contact_explains_fails_the_balance(found):
@@ -122,27 +93,6 @@ def test_what_is_given_wrongly_is_said(found):
         find_impacts(recording, scene, sigma=[1.0, 2.0])
     with pytest.raises(InputError, match="too short"):
         find_impacts(recording.part(0.0, 0.02), scene)
-
-
-@pytest.mark.slow
-def test_small_bounces_are_found_up_to_where_noise_hides_their_flights():
-    rng, seen, invented, all_found = np.random.default_rng(5), [], 0, 0
-    for e, rate in ((0.74, 300), (0.6, 300), (0.6, 148), (0.45, 148)):
-        scene = ball_scene(e)
-        recording, truth = bouncing_ball(scene, 0.25, e, rate, 1.1, SIGMA, rng)
-        times = np.array(
-            [each.time for each in find_impacts(recording, scene, sigma=SIGMA).impacts]
-        )
-        before = np.diff(np.r_[0.0, truth])[:-1]
-        # Flights of five samples that rise by three deviations of the noise.
-        shortest = np.minimum(before, np.diff(truth))
-        told = (shortest > 5 / rate) & (G * shortest**2 / 8 > 3 * SIGMA[0])
-        apart = np.abs(truth[:-1, None] - times).min(axis=1)
-        seen += (apart[told] < 0.5 / rate).tolist()
-        invented += int((np.abs(truth[:, None] - times).min(axis=0) > 1.0 / rate).sum())
-        all_found += len(times)
-    assert len(seen) >= 15 and all(seen)
-    assert invented <= 0.02 * all_found
 
 
 @pytest.mark.parametrize("change", ["twice", "pause"])

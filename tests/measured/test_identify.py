@@ -12,10 +12,10 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit.cli import main
 from impulsekit.design.parameters import changed_scene, parameters_of
-from impulsekit.errors import ImpulsekitError, InputError, RangeError, UnknownNameError
+from impulsekit.errors import ImpulsekitError, InputError
 from impulsekit.measured import Recording, fit_motion, identify
 from impulsekit.measured.motion_search import design_points, least_of
-from impulsekit.measured.motions import _Search, _searched
+from impulsekit.measured.motions import _Search
 from impulsekit.measured.rollouts import Rollouts
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
 
@@ -60,18 +60,6 @@ def balls():
 
 
 @pytest.mark.slow
-def test_single_impacts_give_the_coefficients_back(balls):
-    scene, recordings = balls
-    found = identify(recordings, scene, calibration=False, motions=False)
-    assert found.by_impact is not None and found.by_motion is None
-    assert found.by_impact.values == pytest.approx([0.62, 0.11], abs=0.01)
-    low, high = found.by_impact.intervals().T
-    assert (low - 0.003 <= [0.62, 0.11]).all() and (high + 0.003 >= [0.62, 0.11]).all()
-    assert found.scene.contacts[0].friction == found.by_impact["floor: friction"]
-    json.dumps(found.to_dict(), allow_nan=False)
-
-
-@pytest.mark.slow
 def test_whole_motions_give_a_coefficient_back(balls):
     scene, recordings = balls
     scene = ik.Scene(
@@ -86,27 +74,6 @@ def test_whole_motions_give_a_coefficient_back(balls):
     assert len(fit.held_out) == 3 and fit.held_out[:, 0].max() < 0.01
     text = found.report()
     assert "Fitted to whole motions" in text and "held out (3)" in text
-
-
-@pytest.mark.slow
-def test_what_motions_do_not_tell_is_said(balls):
-    scene, recordings = balls
-    # Without slip along the floor no friction shows.
-    still = [bouncing_ball(scene, 0.3 + 0.02 * k, 0.6, 150, 0.3, name=str(k))[0] for k in range(8)]
-    for each in still:
-        straight = each.q.copy()
-        straight[:, 0], straight[:, 3:] = 0.0, [0, 0, 0, 1]
-        still[int(each.name)] = Recording(scene.robot, each.t, straight, name=each.name)
-    found = fit_motion(still, scene, friction=["floor"], held_out=0.0, processes=1)
-    assert any("floor: friction is weakly determined" in note for note in found.notes)
-    with pytest.raises(InputError, match="too few"):
-        fit_motion(recordings[:3], scene, friction=["floor"])
-    with pytest.raises(InputError, match="nothing is to be found"):
-        fit_motion(recordings, scene)
-    with pytest.raises(UnknownNameError):
-        fit_motion(recordings, scene, friction=["ceiling"])
-    with pytest.raises(RangeError, match="held_out"):
-        fit_motion(recordings, scene, friction=["floor"], held_out=1.0)
 
 
 def balls_with_e_by_speed(count):
@@ -141,31 +108,6 @@ def test_motions_follow_e_by_speed():
     assert min(off(0.5, 0.4), off(0.6, 0.5), off(0.4, 0.6)) > 5.0 * truth
 
 
-@pytest.mark.slow
-def test_whole_motions_tell_e_by_speed():
-    scene, seen = balls_with_e_by_speed(8)
-    found = fit_motion(seen, scene, restitution=["floor"], held_out=0.0, processes=1)
-    assert found.names == ("floor: restitution at 1 m/s", "floor: restitution at 3 m/s")
-    assert found["floor: restitution at 1 m/s"] == pytest.approx(0.6, abs=0.05)
-    assert found["floor: restitution at 3 m/s"] == pytest.approx(0.4, abs=0.01)
-    low, high = found.intervals().T
-    assert (low < [0.6, 0.4]).all() and (high > [0.6, 0.4]).all()
-    fitted = found.scene.contacts[0].restitution
-    assert fitted.values == pytest.approx(found.values)
-
-
-def test_first_moments_and_products_are_looked_for_where_they_are_zero():
-    scene = ball_scene()
-    body = scene.robot.model.inertias[1]
-    names = ["mass", "mx", "iyy", "ixz"]
-    found = [_searched(p, scene) for p in parameters_of(scene, [], [], {"root_joint": names})]
-    radius = np.sqrt(0.5 * np.trace(body.inertia) / body.mass)
-    assert body.lever == pytest.approx([0, 0, 0])
-    reaches = [0.5 * body.mass, 0.5 * body.mass * radius, 0.5 * body.inertia[1, 1],
-               0.5 * body.mass * radius**2]  # fmt: skip
-    assert [0.5 * (high - low) for low, high in found] == pytest.approx(reaches)
-
-
 def test_a_value_at_the_edge_of_the_last_box_is_said():
     search = _Search.__new__(_Search)
     search._parameters = [SimpleNamespace(name="e"), SimpleNamespace(name="mu")]
@@ -176,15 +118,6 @@ def test_a_value_at_the_edge_of_the_last_box_is_said():
     search.centre = np.array([0.001, 0.201])
     notes = search._notes(np.zeros((1, 2)), np.zeros((0, 2)))
     assert len(notes) == 1 and notes[0].startswith("mu lies at the edge of the last box, 0.2 to")
-
-
-def test_a_friction_that_is_no_number_is_refused():
-    scene = ball_scene()
-    floor = replace(scene.contacts[0], friction=ik.FrictionTable([0.0, 1.0], [0.3, 0.2]))
-    scene = ik.Scene(scene.robot, contacts=[floor], gravity=scene.gravity)
-    seen = [bouncing_ball(scene, 0.3, 0.6, 150, 0.3)[0]] * 8
-    with pytest.raises(InputError, match="floor has no friction that is a number"):
-        fit_motion(seen, scene, friction=["floor"], processes=1)
 
 
 def test_the_least_point_of_a_loss_of_the_form_of_a_mean_distance():
@@ -214,19 +147,6 @@ def test_the_command_on_recorded_tosses(tmp_path):
     assert data["calibration"]["length_scale"]["value"] == pytest.approx(0.98, abs=0.004)
     assert data["calibration"]["velocity_lag"]["value"] == pytest.approx(0.0034, abs=3e-4)
     assert "12 recordings" in done.stdout and picture.stat().st_size > 10_000
-
-
-@pytest.mark.slow
-def test_the_command_says_what_is_wrong(tmp_path):
-    done = run("identify", tmp_path / "none.npz", "examples/cube_tosses.toml")
-    assert done.exit_code == 2 and "no such file" in done.stderr
-    done = run(
-        "identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml", "--length", "mm"
-    )
-    assert done.exit_code == 2 and "fall with" in done.stderr
-    done = run("identify", "examples/cube_tosses.npz", "examples/cube_tosses.toml",
-               "--friction", "edge_*")  # fmt: skip
-    assert done.exit_code == 2 and 'unknown contact "edge_*"' in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -285,12 +205,3 @@ def test_what_identify_cannot_take_is_said(balls):
         InputError, match=r'takes a list of contacts, got "floor"; give \["floor"\]'
     ):
         fit_motion(recordings, scene, friction="floor")
-
-
-@pytest.mark.slow
-def test_notes_of_recordings_stand_in_the_report(balls):
-    scene, recordings = balls
-    noted = [replace(each, notes=(f"sample {k} left out",)) for k, each in enumerate(recordings)]
-    text = identify(noted, scene, calibration=False, motions=False).report()
-    assert "note: 0: sample 0 left out" in text or ": sample 0 left out" in text
-    assert f"note: {len(recordings) - 8} more such notes" in text

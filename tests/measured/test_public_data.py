@@ -4,13 +4,11 @@ import pickle
 import zipfile
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from benchmarks.recorded import elbow, landings
 from benchmarks.recorded import report as recorded
 from benchmarks.recorded.__main__ import main
-from benchmarks.recorded.section import Section, joined
 from benchmarks.recorded.tensors import read_tensor
 from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.errors import FileError, InputError
@@ -85,14 +83,6 @@ def test_tosses_of_an_elbow_are_cut_where_they_touch(tmp_path):
         elbow.load_elbow(tmp_path, scene.robot)
 
 
-def test_the_elbow_has_the_published_bodies():
-    robot = elbow.elbow_scene().robot
-    assert pin.computeTotalMass(robot.model) == pytest.approx(0.74)
-    # m (a² + b²) / 12 of a box of 100 × 50 × 50 mm.
-    own = robot.model.inertias[1].inertia
-    assert np.diag(own) == pytest.approx(0.37 / 12 * np.array([0.005, 0.0125, 0.0125]))
-
-
 PARTS = ("yaw", "hip", "hip2", "thigh", "shin", "tarsus", "heel_spring", "toe")
 LINKS = ("pelvis", *(f"{part}_{side}" for side in landings.SIDES for part in PARTS))
 
@@ -161,22 +151,6 @@ def test_errors_of_landings_are_over_the_change(jump):
     assert free[0] > locked[0] and locked[0] < 0.2
 
 
-def test_landings_that_are_none_are_said(jump, tmp_path):
-    with pytest.raises(InputError, match=r"no landings called x_NN\.npy"):
-        landings.load_landings(tmp_path)
-    for kind in "txu":
-        np.save(tmp_path / f"{kind}_00.npy", np.load(jump / f"{kind}_07.npy")[:, :9] if kind == "x"
-                else np.load(jump / f"{kind}_07.npy"))  # fmt: skip
-    with pytest.raises(InputError, match=r"cassie_v2\.urdf is missing"):
-        landings.load_landings(tmp_path)
-    (tmp_path / "cassie_v2.urdf").write_text(biped())
-    with pytest.raises(InputError, match=r"states \(T, 45\)"):
-        landings.load_landings(tmp_path)
-    np.save(tmp_path / "x_00.npy", np.array([{}], dtype=object), allow_pickle=True)
-    with pytest.raises(FileError, match=r"x_00\.npy: no array of numbers"):
-        landings.load_landings(tmp_path)
-
-
 def test_all_data_in_a_folder_are_found(jump, tmp_path):
     zipped_tensor(tmp_path / "0.pt", np.zeros((4, 15)))
     (tmp_path / "a" / "b").mkdir(parents=True)
@@ -189,13 +163,6 @@ def test_all_data_in_a_folder_are_found(jump, tmp_path):
     assert recorded.find_data(jump) == [("landings", jump)]
 
 
-def test_a_folder_of_nothing_says_where_data_can_be_had(tmp_path, capsys):
-    assert main([str(tmp_path)]) == 2
-    said = capsys.readouterr().err
-    for where in ("contact-nets", "dair_pll", "ImpactModeling", "cassie_impact_dataset"):
-        assert where in said
-
-
 def test_one_bad_set_of_data_does_not_stop_the_others(tmp_path, capsys):
     (tmp_path / "ellipse_uniform.mat").write_text("nothing")
     (tmp_path / "x_00.npy").write_text("nothing")
@@ -203,13 +170,3 @@ def test_one_bad_set_of_data_does_not_stop_the_others(tmp_path, capsys):
     text = capsys.readouterr().out
     assert "left out: " in text and "no list of planar impacts" in text
     assert "cassie_v2.urdf is missing" in text
-
-
-def test_figures_of_all_stand_in_one_table():
-    sections = [Section("a", ["one"], [("what", "1 %", "2 %")]), Section("b", ["two"])]
-    assert joined(sections[:1]) == "one\n"
-    lines = joined(sections).splitlines()
-    assert lines[0] == "a" and lines[-2:] == [
-        "measured  impulsekit  others",
-        "what      1 %         2 %",
-    ]

@@ -16,7 +16,7 @@ from impulsekit.errors import (
     StateError,
     UnknownNameError,
 )
-from impulsekit.measured import Recording, RecordingFormat, load_recordings, rosbag
+from impulsekit.measured import Recording, RecordingFormat, load_recordings
 from tests.measured.bodies import flying_body
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
@@ -113,28 +113,6 @@ def test_a_ros_2_bag_holds_the_same(truth, tmp_path):
         load_recordings(tmp_path / "bag", BALL, RecordingFormat(topics={"/cube/pos": ""}))
 
 
-def test_an_odometry_is_read_for_its_poses_and_its_twists_are_said_to_be_left(truth, tmp_path):
-    def fields(pose):
-        def of(types):
-            (own,) = pose_fields(pose)(types)
-            zero = types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
-            twist = types["geometry_msgs/msg/Twist"](zero, zero)
-            return [
-                "cube",
-                types["geometry_msgs/msg/PoseWithCovariance"](own, np.zeros(36)),
-                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
-            ]
-
-        return of
-
-    times = [5_000_000_000 + round(1e9 * time) for time in truth[0]]
-    messages = list(zip(times, map(fields, truth[1]), strict=True))
-    write_bag(tmp_path / "bag", "nav_msgs/msg/Odometry", "/odom", messages)
-    (recording,) = load_recordings(tmp_path / "bag", BALL)
-    same(recording, truth)
-    assert recording.v is None and "twists of /odom are not read" in recording.notes[0]
-
-
 def test_joint_states_of_a_bag_have_all_joints_every_time(tmp_path):
     robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     kind, topic = "sensor_msgs/msg/JointState", "/joint_states"
@@ -148,18 +126,6 @@ def test_joint_states_of_a_bag_have_all_joints_every_time(tmp_path):
     write_bag(tmp_path / "other", kind, topic, [(10**9, joint_fields(knee=0.1))])
     with pytest.raises(InputError, match=r"none of its joints \(knee\) .* \(joint_1, joint_2\)"):
         load_recordings(tmp_path / "other", robot)
-
-
-def test_joints_are_not_guessed_before_and_after_their_messages():
-    times, stamps, seen = np.array([0.0, 1.5, 4.0]), np.array([1.0, 2.0]), np.array([3.0, 5.0])
-    at_poses = rosbag._between(times, stamps, seen, "/joint_states")
-    assert at_poses[1] == 4.0
-    cut = rosbag._within({"t": times, "q.knee": at_poses}, 1.0, 2.0)
-    assert cut["t"].tolist() == [1.5] and cut["q.knee"].tolist() == [4.0]
-    with pytest.raises(InputError, match="no pose of the bag"):
-        rosbag._within({"t": times}, 2.0, 3.0)
-    with pytest.raises(InputError, match="run back"):
-        rosbag._between(times, stamps[::-1], seen, "/joint_states")
 
 
 def test_several_recordings_in_one_file(tmp_path):
@@ -264,15 +230,6 @@ def test_velocities_by_smoothing_do_not_smear_over_a_break():
         recording.velocities(breaks=[0.195, 0.205])
 
 
-def test_velocities_of_a_turning_body_have_the_order_of_their_parabola(truth):
-    t, poses = truth
-    omega = pin.log3(
-        pin.XYZQUATToSE3(poses[0]).rotation.T @ pin.XYZQUATToSE3(poses[1]).rotation
-    ) * 148  # fmt: skip
-    v = Recording(BALL, t, poses).velocities(reach=2)
-    assert np.abs(v[2:-2, 3:] - omega).max() < 1e-9
-
-
 def test_files_that_are_no_recording(tmp_path):
     for name, content, error, match in (
         ("a.csv", b"", InputError, "no row"),
@@ -294,21 +251,6 @@ def test_files_that_are_no_recording(tmp_path):
     np.savez(tmp_path / "i.npz", t=[0.0, 1.0], q=np.zeros((2, 7)), offset=[0, 3])
     with pytest.raises(InputError, match="offset must rise"):
         load_recordings(tmp_path / "i.npz", BALL)
-
-
-def test_columns_that_are_empty_or_complex(truth):
-    columns = columns_of(truth)
-    with pytest.raises(InputError, match='column "t" holds no samples'):
-        Recording.from_columns(BALL, {name: each[:0] for name, each in columns.items()})
-    with pytest.raises(NotFiniteError, match='"position" must be numbers'):
-        Recording.from_columns(BALL, {**columns, "position": columns["position"] + 1e-3j})
-
-
-def test_impacts_that_are_none_are_said(truth):
-    t, poses = truth
-    for wrong in (np.zeros((len(t), 6)), 3, [(0.0, 1)]):
-        with pytest.raises(InputError, match=r"pairs of a time \[s\] and an Impact, .* v=\.\.\."):
-            Recording(BALL, t, poses, wrong)
 
 
 def test_a_tracker_that_lost_the_body_is_noted(truth):

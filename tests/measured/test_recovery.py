@@ -97,14 +97,6 @@ def scores(seed, count):
 
 
 @pytest.mark.slow
-def test_coefficients_floor_and_lag_come_back():
-    score, off = scores(3, 5)
-    assert (np.abs(score) < 4.0).all()
-    # e, µ, floor [m], lag [s], scale.
-    assert (np.abs(off) < [0.005, 0.005, 5e-4, 5e-4, 5e-3]).all()
-
-
-@pytest.mark.slow
 def test_intervals_cover_as_they_say():
     covered = np.array([np.abs(scores(seed, 4)[0]) < 1.96 for seed in range(24)])
     # Of 24 runs at 94 % some 1.4 miss: more than 4 do so once in 80 times.

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from benchmarks.motions import cube_scene
-from benchmarks.recorded.__main__ import main
 from benchmarks.recorded.tensors import read_tensor
 from benchmarks.recorded.tosses import load_tosses
-from impulsekit.errors import FileError, InputError
+from impulsekit.errors import FileError
 
 
 @pytest.fixture
@@ -91,10 +90,3 @@ def test_tosses_of_a_folder(save, tmp_path):
     # The files measure lengths in halves of the cube's side.
     assert tosses[0].q[:, 2] == pytest.approx(0.0524 * np.array([1.0, 0.9, 0.8]))
     assert tosses[0].t[1] == 1 / 148
-
-
-def test_what_is_not_there_is_said_with_where_it_is(tmp_path, capsys):
-    with pytest.raises(InputError, match="contact-nets"):
-        load_tosses(tmp_path, cube_scene().robot)
-    assert main([str(tmp_path / "none")]) == 2
-    assert "contact-nets" in capsys.readouterr().err

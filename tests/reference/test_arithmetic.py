@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from fractions import Fraction
 
-import gmpy2
 import mpmath
 import numpy as np
 import pytest
@@ -88,16 +87,6 @@ def test_rotations_are_orthogonal_and_turn_the_right_way(numbers):
     )
 
 
-@each
-def test_numbers_keep_all_that_they_are_given(numbers):
-    third = numbers.number(Fraction(1, 3))
-    assert abs(3 * third - 1) <= 2 * numbers.epsilon
-    assert numbers.number(0.1) == 0.1
-    for other in (Arithmetic.mpmath(40), Arithmetic.precise(40)):
-        fine = other.number(Fraction(1, 3))
-        assert abs(3 * numbers.number(fine) - 1) <= max(4 * numbers.epsilon, 1e-38)
-
-
 @pytest.mark.parametrize("fifty", ALL[2:], ids=lambda a: a.name)
 def test_a_long_double_goes_into_fifty_digits_whole(fifty):
     coarse = Arithmetic.long_double()
@@ -117,19 +106,6 @@ def test_the_users_mpmath_is_left_alone():
     assert mpmath.mp.dps == before
 
 
-def test_the_users_gmpy2_is_left_alone():
-    before = gmpy2.get_context().precision
-    numbers = Arithmetic.precise(80)
-    with numbers.precision():
-        one = numbers.number(1)
-        assert abs(numbers.sin(one) ** 2 + numbers.cos(one) ** 2 - 1) < 1e-79
-        assert abs(one / 3 * 3 - 1) < 1e-79
-    assert gmpy2.get_context().precision == before
-    # What was not asked for within it has its digits all the same.
-    assert abs(numbers.number(1) / 3 * 3 - 1) < 1e-79
-    gmpy2.get_context().precision = before
-
-
 def test_mpfr_and_mpmath_have_the_same_digits():
     both = Arithmetic.mpmath(50), Arithmetic.precise(50)
     assert [numbers.name for numbers in both] == ["mpmath, 50 digits", "MPFR, 50 digits"]
@@ -138,14 +114,6 @@ def test_mpfr_and_mpmath_have_the_same_digits():
         for of in ("sin", "cos", "sqrt"):
             mine, other = (getattr(n, of)(x) for n, x in zip(both, angles, strict=True))
             assert abs(both[0].number(other) - mine) < 4 * both[0].epsilon
-
-
-def test_without_gmpy2_the_digits_are_those_of_mpmath(monkeypatch):
-    monkeypatch.setitem(sys.modules, "gmpy2", None)
-    assert Arithmetic.precise(50).name == "mpmath, 50 digits"
-    monkeypatch.setitem(sys.modules, "mpmath", None)
-    with pytest.raises(MissingExtraError, match=r'pip install "impulsekit\[reference\]"'):
-        Arithmetic.precise(50)
 
 
 def test_without_mpmath_the_way_to_it_is_said(monkeypatch):

@@ -35,11 +35,6 @@ READ = sorted(set(ROBOTS) - set(REFUSED))
 BAR = 1e-11
 
 
-def test_all_robots_are_here():
-    assert len(ROBOTS) == 69
-    assert {*REFUSED, *REFUSED_BY_PINOCCHIO, *ILL_CONDITIONED} <= set(ROBOTS)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 @pytest.mark.parametrize("name", READ)

@@ -62,24 +62,6 @@ def every_kind(request):
     return system, model, system.configuration(q), system.speeds(y)
 
 
-@pytest.mark.slow
-def test_partial_velocities_are_derivatives_of_positions(every_kind):
-    """v_klm y_l is the rate of the mass centre, ω_klm y_l that of the axes (eqs. 1, 2)."""
-    system, model, q, _ = every_kind
-    for index in range(system.n):
-        y = [1 if i == index else 0 for i in range(system.n)]
-        ahead = system.kinematics(moved(system, model, q, y, STEP))
-        behind = system.kinematics(moved(system, model, q, y, -STEP))
-        here = system.kinematics(q)
-        rate = (ahead.mass_centres - behind.mass_centres) / (2 * STEP)
-        assert np.abs(rate - here.linear[:, index]).max() < 1e-28
-        turning = (ahead.rotations - behind.rotations) / (2 * STEP)
-        for k in range(len(system.link_names)):
-            spin = turning[k] @ here.rotations[k].T  # the skew matrix of ω
-            found = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
-            assert np.abs(found - here.angular[k, index]).max() < 1e-28
-
-
 def test_rates_are_derivatives_of_the_partial_velocities(every_kind):
     """ω̇_klm and v̇_klm of eqs. (3), (4) along the motion."""
     system, model, q, y = every_kind
@@ -122,10 +104,3 @@ def test_accelerations_of_links_are_pinocchios(root):
         assert np.abs(found - classical.linear).max() < 1e-12
         found = at.angular[k].T @ change + rates.angular[k].T @ y  # α_k, eq. (3)
         assert np.abs(found - classical.angular).max() < 1e-12
-
-
-def test_what_is_given_out_cannot_be_changed():
-    at = KaneSystem.from_urdf(EVERY_KIND).kinematics(KaneSystem.from_urdf(EVERY_KIND).neutral())
-    for values in (at.linear, at.angular, at.mass_centres, at.inertias):
-        with pytest.raises(ValueError, match="read-only"):
-            values[0] = 0

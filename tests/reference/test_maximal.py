@@ -6,30 +6,17 @@ import numpy as np
 import pytest
 
 from impulsekit.errors import ContradictionError
-from impulsekit.reference import Arithmetic, KaneSystem, Load
+from impulsekit.reference import KaneSystem, Load
 from tests.truths.maximal import impact_of_free_bodies
 
 from .models import (
     EVERY_KIND,
     FOUR_BAR,
-    ROBOTS,
-    joint,
-    link,
     pinocchio_model,
     random_state,
     relative,
-    robot,
 )
 
-RHOMBUS = robot(
-    *(
-        link(f"bar_{k}", f"1.{k}", ".3 0 0", inertia=f".01 0 0 .0{k + 2} 0 .0{k + 2}")
-        for k in range(1, 5)
-    ),
-    joint("corner_2", "bar_1", "bar_2", at=".6 0 0"),
-    joint("corner_3", "bar_2", "bar_3", at=".6 0 0"),
-    joint("corner_4", "bar_1", "bar_4"),
-)
 """Four equal bars; the far ends of bars 3 and 4 meet in a corner left open."""
 
 
@@ -80,29 +67,6 @@ def test_a_struck_four_bar(seed):
     assert relative(kane.row_impulses[:2], maximal.row_impulses[:2]) < 1e-10
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_a_struck_rhombus_that_flies(seed):
-    rng = np.random.default_rng(100 + seed)
-    system = KaneSystem.from_urdf(RHOMBUS, "freeflyer")
-    model = pinocchio_model(RHOMBUS, "freeflyer")
-    q, _ = random_state(model, seed)
-    opening = rng.uniform(0.4, np.pi - 0.4)
-    # Bars 1 and 3 are parallel, bars 2 and 4 too.
-    for name, angle in (
-        ("corner_2", opening),
-        ("corner_3", np.pi - opening),
-        ("corner_4", opening),
-    ):
-        q[system.joint(name).first_coordinate] = angle
-    loop = system.stack(
-        system.rows_at_point(q, "bar_3", "bar_4", (0.6, 0, 0), (0.6, 0, 0)),
-        # The corner is a hinge: its bars share their turning across its axis, once more.
-        system.rows_of_turning("bar_3", "bar_4", [[1, 0, 0], [0, 1, 0], [1, 1, 0]]),
-    )
-    blow = Load("bar_2", rng.normal(size=3), rng.normal(size=3), rng.normal(size=3) / 5)
-    agree(*both(system, q, rng.normal(size=system.n), [blow], {"corner_3": 0.2}, loop))
-
-
 @pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
 def test_every_kind_of_joint_and_row(root):
     rng = np.random.default_rng(5)
@@ -120,43 +84,6 @@ def test_every_kind_of_joint_and_row(root):
     kane, maximal = both(system, q, y, blows, kicks, rows)
     agree(kane, maximal, 1e-11)
     assert relative(kane.row_impulses, maximal.row_impulses) < 1e-11
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
-@pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf",
-                                  "tiago_pro_description/robots/tiago_pro.urdf"])  # fmt: skip
-def test_joints_that_mimic_hold_each_other(name, root):
-    """Along their own motion too: the gear's impulse is part of what they carry."""
-    rng = np.random.default_rng(6)
-    system = KaneSystem.from_urdf(ROBOTS[name], root, mimic=True)
-    q, y = random_state(pinocchio_model(ROBOTS[name], root, mimic=True), 42)
-    blows = [Load(link, rng.normal(size=3)) for link in system.link_names[-6:]]
-    kicks = {
-        body.joint.name: rng.normal(size=1)
-        for body in system.bodies
-        if body.joint.mimics or body.joint.kind == "prismatic"
-    }
-    agree(*both(system, q, y, blows, kicks), bar=1e-9)
-
-
-def test_thirty_digits_agree_to_twenty_five():
-    system = KaneSystem.from_urdf(FOUR_BAR, arithmetic=Arithmetic.mpmath(30))
-    q = four_bar_pose(1.0)
-    loop = system.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
-    blow = Load("coupler", (1, 2, 3), (0, 1, 0))
-    agree(*both(system, q, [1, 2, 3], [blow], None, loop), bar=1e-25)
-
-
-def test_a_loop_that_already_holds_asks_for_nothing():
-    """Velocities that keep the loop closed: what its rows miss is rounding, no contradiction."""
-    system = KaneSystem.from_urdf(FOUR_BAR)
-    q = four_bar_pose(1.0)
-    loop = system.rows_at_point(q, "coupler", "rocker", (0.8, 0, 0), (0.5, 0, 0))
-    closed = system.impact(q, [1, 2, 3], rows=loop).y_after
-    kane, maximal = both(system, q, closed, [], None, system.stack(loop, loop))
-    assert np.abs(kane.dy).max() < 1e-14
-    assert np.abs(maximal.dy).max() < 1e-14
 
 
 @pytest.mark.parametrize("seed", range(5))

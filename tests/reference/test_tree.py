@@ -18,7 +18,6 @@ from impulsekit.reference import Arithmetic, KaneSystem, Load, Tree
 
 from .models import (
     EVERY_KIND,
-    ROBOTS,
     joint,
     link,
     mass_matrix,
@@ -43,31 +42,6 @@ def test_coordinates_and_speeds_lie_where_pinocchio_has_them(root):
         )
         assert (ours.speeds.start, ours.speeds.stop) == (theirs.idx_v, theirs.idx_v + theirs.nv)
     assert tree.neutral() == pytest.approx(pin.neutral(model))
-
-
-def test_joints_are_walked_in_the_order_of_their_bytes():
-    """ "B" before "_c" before "a", as in urdfdom's maps; not as people sort."""
-    tree = Tree.from_urdf(
-        robot(*map(link, "rstu"), *(joint(n, "r", c) for n, c in zip("a_B", "stu", strict=True)))
-    )
-    assert tree.speed_names == ("B", "_", "a")
-
-
-def test_every_link_is_a_body_of_its_own():
-    tree = Tree.from_urdf(EVERY_KIND, "freeflyer")
-    assert set(tree.link_names) == {
-        "base", "slider", "plate", "wheel", "drone", "tool", "arm", "bare"
-    }  # fmt: skip
-    tool = tree.bodies[tree.body_of_link("tool")]
-    assert (tool.joint.kind, tool.mass) == ("fixed", 0.2)
-    assert tree.bodies[tree.body_of_link("bare")].mass == 0
-
-
-@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
-def test_masses_agree_for_every_kind_of_joint(root):
-    model, system = pinocchio_model(EVERY_KIND, root), KaneSystem.from_urdf(EVERY_KIND, root)
-    q, _ = random_state(model, 1)
-    assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-14
 
 
 def test_fifty_digits_are_fifty_digits():
@@ -115,18 +89,6 @@ def test_mimic_joints_are_read_as_pinocchio_reads_them(root, mimic):
     assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-14
 
 
-@pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf",
-                                  "baxter_description/urdf/baxter.urdf",
-                                  "pr2_description/urdf/pr2.urdf",
-                                  "tiago_pro_description/robots/tiago_pro.urdf"])  # fmt: skip
-def test_mimic_joints_of_robots(name):
-    model = pinocchio_model(ROBOTS[name], "freeflyer", mimic=True)
-    system = KaneSystem.from_urdf(ROBOTS[name], "freeflyer", mimic=True)
-    assert any(body.joint.mimics for body in system.bodies)
-    q, _ = random_state(model, 4)
-    assert relative(system.generalized_masses(q), mass_matrix(model, q)) < 1e-13
-
-
 def test_the_angle_of_a_continuous_joint_is_followed():
     """Its coordinates are a cosine and a sine; the follower's angle is a multiple of the angle."""
     turning = GEARED.replace('type="revolute"', 'type="continuous"').replace(
@@ -168,19 +130,6 @@ def test_parts_in_one_world_keep_their_own_answers():
     at = both.kinematics(q)
     wanted = quarter @ arm.kinematics(q[:3]).mass_centres[1] + [1, 2, 3]
     assert at.mass_centres[both.body_of_link("arm/one")] == pytest.approx(wanted)
-
-
-def test_parts_must_agree():
-    ball = KaneSystem.from_urdf(robot(link("ball")), "freeflyer")
-    exact = KaneSystem.from_urdf(robot(link("ball")), arithmetic=Arithmetic.mpmath(20))
-    with pytest.raises(RangeError, match="number of parts"):
-        KaneSystem.combine()
-    with pytest.raises(RangeError, match='arithmetic of the part "two"'):
-        KaneSystem.combine(one=ball, two=exact)
-    with pytest.raises(UnknownNameError, match='unknown part "bal"'):
-        KaneSystem.combine({"bal": ([0, 0, 0], np.eye(3))}, ball=ball)
-    with pytest.raises(RangeError, match="an orthogonal matrix"):
-        KaneSystem.combine({"ball": ([0, 0, 0], 2 * np.eye(3))}, ball=ball)
 
 
 # -- what is wrong with a URDF ---------------------------------------------------------
@@ -235,20 +184,6 @@ def test_what_is_wrong_is_said_with_the_name_of_the_element(fault):
     assert message in str(caught.value)
 
 
-def test_a_joint_called_root_joint_keeps_its_name():
-    taken = robot(*TWO, joint("root_joint", "a", "b"))
-    names = Tree.from_urdf(taken, "freeflyer").speed_names
-    assert names[5:] == ("world_root_joint.wz", "root_joint")
-    assert Tree.from_urdf(taken).speed_names == ("root_joint",)
-
-
-def test_a_path_that_leads_nowhere_is_named(tmp_path):
-    with pytest.raises(UrdfError, match=r"nothing\.urdf: file: there is no such file"):
-        Tree.from_urdf(tmp_path / "nothing.urdf")
-    with pytest.raises(UrdfError, match="file"):
-        Tree.from_urdf(tmp_path)
-
-
 @pytest.mark.parametrize(
     ("mimicked", "message"),
     [("nobody", '"nobody" that it mimics does not exist'), ("c_turns", "it mimics itself"),
@@ -274,14 +209,6 @@ def test_a_motion_that_nothing_resists_is_named():
     with pytest.raises(SingularMassError, match="spin can change without") as caught:
         system.impact([0.0], [0.0])
     assert caught.value.joints == ("spin",)
-
-
-def test_shapes_colours_and_unknown_elements_are_none_of_our_business():
-    clutter = (
-        '<link name="a"><visual><geometry><mesh filename="package://no/such.dae"/></geometry>'
-        '</visual></link><gazebo reference="a"><odd/></gazebo><transmission name="t"/>'
-    )
-    assert Tree.from_urdf(f"<robot>{clutter}</robot>").link_names == ("a",)
 
 
 # -- what is wrong with a state ---------------------------------------------------------
@@ -326,14 +253,3 @@ def test_roots_and_names_are_checked():
         system.impact(q, y, [Load("tool", linear=(1, 2))])
     with pytest.raises(NotFiniteError, match="at"):
         system.impact(q, y, [Load("tool", at=(1, 2, np.inf))])
-
-
-def test_what_is_given_in_is_copied():
-    system = KaneSystem.from_urdf(EVERY_KIND)
-    q, y = system.neutral().copy(), np.zeros(system.n)
-    impact = system.impact(q, y, [Load("tool", (1, 0, 0))])
-    before = impact.y_after.copy()
-    q[:] = 7
-    y[:] = 7
-    assert (impact.y_after == before).all()
-    assert not impact.y_before.any()

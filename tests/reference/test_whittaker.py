@@ -1,7 +1,6 @@
 """The exact struck chain against the paper, the laws of momentum and a dense solve."""
 
 import ast
-import dataclasses
 import math
 from decimal import Decimal
 from fractions import Fraction as F
@@ -9,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError
@@ -57,32 +55,6 @@ def test_long_chains_tend_to_the_limits(strike):
     assert float(u[11] / u[10]) == pytest.approx(-(2 - math.sqrt(3)), rel=1e-15)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("strike", [struck_chain, struck_pendulum])
-@settings(max_examples=40, deadline=None)
-@given(n=st.integers(1, 30), m=positive, length=positive, p=blows)
-def test_every_law_holds_exactly(strike, n, m, length, p):
-    blow = strike(n, m, length, p)
-    u, s = blow.point_velocities, blow.pin_impulses
-    omega, centre = blow.link_rates, blow.centre_velocities
-    assert (blow.links, len(u), len(s), len(omega), len(centre)) == (n, n + 1, n + 1, n, n)
-    assert s[0] == p
-    inertia = m * length**2 / 12
-    for k in range(n):
-        # Rigid rods, then momentum and moment of momentum of each.
-        assert u[k] == centre[k] + omega[k] * length / 2
-        assert u[k + 1] == centre[k] - omega[k] * length / 2
-        assert m * centre[k] == s[k] - s[k + 1]
-        assert inertia * omega[k] == (s[k] + s[k + 1]) * length / 2
-    parts = (m * v**2 + inertia * w**2 for v, w in zip(centre, omega, strict=True))
-    assert sum(parts) / 2 == blow.energy == p * u[0] / 2
-    assert m * sum(centre) == p + blow.pivot_impulse
-    if strike is struck_chain:
-        assert s[n] == blow.pivot_impulse == 0
-    else:
-        assert u[n] == 0
-
-
 @pytest.mark.parametrize("pinned", [False, True])
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8])
 def test_against_a_dense_solve_of_the_impact_equations(n, pinned):
@@ -127,33 +99,6 @@ def _solve(a, b):
         known = sum(rows[i][j] * x[j] for j in range(i + 1, len(rows)))
         x[i] = (rows[i][-1] - known) / rows[i][i]
     return x
-
-
-def test_one_and_two_rods_by_hand():
-    m, length, p = F(3), F(2), F(5)
-    assert struck_chain(1, m, length, p).link_rates == (6 * p / (m * length),)
-    assert struck_chain(1, m, length, p).point_velocities == (4 * p / m, -2 * p / m)
-    assert struck_pendulum(1, m, length, p).link_rates == (3 * p / (m * length),)
-    assert struck_pendulum(1, m, length, p).pivot_impulse == p / 2
-    lower, upper = struck_pendulum(2, m, length, p).link_rates
-    assert (upper, lower) == (F(-6, 7) * p / (m * length), F(30, 7) * p / (m * length))
-
-
-def test_numbers_are_taken_exactly():
-    tenth = F(1, 10)
-    for given_as in ("0.1", "1e-1", "1/10", tenth, Decimal("0.1")):
-        assert struck_chain(2, mass=given_as).mass == tenth
-    for given_as in (0.1, np.float64(0.1)):
-        assert struck_chain(2, mass=given_as).mass == F(0.1) != tenth
-    assert struck_chain(2, mass=np.float32(0.1)).mass == F(float(np.float32(0.1)))
-    # Fixed-width integers must not overflow on the way.
-    blow = struck_chain(np.int64(50), mass=np.int8(100), impulse=np.int8(100))
-    assert blow == struck_chain(50, mass=100, impulse=100)
-
-
-def test_the_result_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        struck_chain(2).energy = 0
 
 
 @pytest.mark.parametrize("strike", [struck_chain, struck_pendulum])

@@ -82,22 +82,6 @@ def test_a_locked_joint_is_the_same_joint_held_at_its_value(joint, value):
         )
 
 
-def test_a_sliding_joint_is_locked_where_it_is_told():
-    panda = ik.Robot.from_example("panda")
-    locked = panda.with_lock({"panda_finger_joint1": 0.03})
-    data = locked.model.createData()
-    pin.framesForwardKinematics(locked.model, data, locked.neutral())
-    whole = panda.model.createData()
-    q = panda.configuration(panda_finger_joint1=0.03)
-    pin.framesForwardKinematics(panda.model, whole, q)
-    for name in ("panda_leftfinger", "panda_rightfinger"):
-        ours = data.oMf[locked.frame_id(name)]
-        assert ours.isApprox(whole.oMf[panda.frame_id(name)], 1e-14)
-    assert ik.check(
-        ik.solve(blow_on(locked, "panda_leftfinger"), locked.neutral(), locked.velocity())
-    ).agrees
-
-
 def test_rotors_add_to_the_diagonal():
     robot = ik.Robot.from_example("ur5")
     heavy = robot.with_armature(
@@ -134,16 +118,6 @@ def test_several_robots_in_one_world_are_built_on_too():
         assert ik.check(ours).agrees
 
 
-def test_a_given_model_takes_a_payload():
-    robot = ik.Robot.from_model(pin.buildSampleModelManipulator())
-    link = robot.links[-1].name
-    loaded = robot.with_body(link, mass=3, com=[0.1, 0, 0], inertia=[0.1, 0.1, 0.1])
-    assert loaded.mass == pytest.approx(robot.mass + 3)
-    for q, v in random_states(loaded, 2):
-        impact = ik.solve(blow_on(loaded, f"{link}_payload"), q, v)
-        assert impact.is_valid() and ik.check(impact).agrees
-
-
 def test_a_ball_is_stopped_by_the_ground_of_its_world():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     for normal, height, q in (
@@ -157,17 +131,6 @@ def test_a_ball_is_stopped_by_the_ground_of_its_world():
         v = np.concatenate([-2 * unit, np.zeros(3)])
         impact = ik.solve(ik.Scene(robot, contacts=[touching]), q, v)
         np.testing.assert_allclose(impact.v_after[:3], unit, atol=1e-9)
-
-
-def test_the_ground_moves_with_the_robot_that_brings_it():
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer").with_ground(-0.05)
-    world = ik.combine(a=ball, placements={"a": [0, 0, 4]})
-    scene = ik.Scene(world, contacts=[ik.Collision("a/ball", "a/ground", restitution=1.0)])
-    v = np.array([0, 0, -1.0, 0, 0, 0])
-    assert ik.solve(scene, world.neutral(), v).v_after[2] == pytest.approx(1.0)
-    second = world.with_ground(3.95, name="other")
-    scene = ik.Scene(second, contacts=[ik.Collision("a/ball", "a/other", restitution=1.0)])
-    assert ik.solve(scene, world.neutral(), v).v_after[2] == pytest.approx(1.0)
 
 
 def test_what_was_built_comes_back_from_a_scene_file(tmp_path):

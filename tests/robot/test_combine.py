@@ -7,7 +7,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit import errors
 
 
 @pytest.fixture(scope="module")
@@ -46,28 +45,6 @@ def test_the_robots_given_stay_as_they_are(panda):
     before = pin.Model(panda.model)
     ik.combine(a=panda, b=panda)
     assert panda.model == before
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "words"),
-    [
-        ({}, errors.InputError, "one robot or more"),
-        ({"a": "panda"}, errors.InputError, "a str, not a Robot"),
-        ({"a": None, "placements": {"b": [0, 0, 0]}}, errors.UnknownNameError, "placements"),
-    ],
-)
-def test_what_cannot_be_combined_is_refused(arguments, error, words):
-    with pytest.raises(error, match=words):
-        ik.combine(**arguments)
-
-
-def test_a_placement_is_checked(panda):
-    with pytest.raises(errors.ShapeError, match="placement"):
-        ik.combine(a=panda, placements={"a": [1, 2]})
-    with pytest.raises(errors.InputError, match="not a rotation"):
-        ik.combine(a=panda, placements={"a": np.diag([2.0, 1, 1, 1])})
-    with pytest.raises(errors.InputError, match="cannot be a robot's name"):
-        ik.combine({"a/b": panda})
 
 
 @pytest.mark.parametrize("name", ["so100", "z1", "b1_z1", "anymal_c"])

@@ -51,19 +51,6 @@ def test_a_massless_base_that_turns_on_a_joint_is_refused_at_every_pose(masses):
         ik.design.effective_mass(robot, robot.neutral(), "link_6", [0, 0, 1])
 
 
-def test_a_body_without_a_moment_about_its_axis_is_told_so():
-    # As 1000 random objects of a physics engine have it: mass, and izz="0".
-    rod = link_text("rod", 0.1, (1.0, 1.0, 0.0), at="0.01 0.02 0.1")
-    robot = ik.Robot.from_urdf(robot_text("r", rod), "freeflyer")
-    (motion,) = robot.massless_motions
-    assert motion.has_mass
-    scene = ik.Scene(robot, [ik.AppliedImpulse("rod", linear=[1, 0, 0])])
-    with pytest.raises(
-        SingularMassError, match=r'link "rod" about an axis .* no moment of inertia'
-    ):
-        ik.solve(scene, robot.neutral(), robot.velocity())
-
-
 def test_locked_it_moves_as_the_robot_without_the_joint():
     robot = arm((0, 1, 1, 1), ["0 0 1", "0 1 0", "1 0 0"])
     blow = ik.AppliedImpulse("link_3", linear=[0, 0.5, 1], at=[0.1, 0, 0])
@@ -109,26 +96,6 @@ def test_grippers_without_mass_are_locked_as_the_error_advises(root):
     struck = impact.impulse_shares["impulses[0]"][kept]
     expected = np.linalg.solve(masses[np.ix_(kept, kept)], struck)
     np.testing.assert_allclose(impact.dv[kept], expected, atol=1e-9 * np.abs(expected).max())
-
-
-def test_rows_that_do_not_hold_what_has_no_mass_leave_it_refused():
-    robot = arm((0, 1, 1, 1), ["0 0 1", "0 1 0", "1 0 0"])
-    blow = ik.AppliedImpulse("link_3", linear=[0, 0.5, 1], at=[0.1, 0, 0])
-    scene = ik.Scene(robot, [blow], constraints=[ik.JointLock("joint_3")])
-    for q in poses(robot, 10):
-        with pytest.raises(SingularMassError):
-            ik.solve(scene, q, robot.velocity())
-
-
-def test_a_tip_without_mass_and_a_link_between_two_in_line_are_told():
-    assert arm((1, 1, 0), ["0 0 1", "0 1 0"]).massless_joints == ("joint_2",)
-    assert arm((1, 0, 0), ["0 0 1", "0 1 0"], "fixed").massless_joints == ("joint_2", "joint_1")
-    # Across each other, two hinges with a massless link between move the mass behind both.
-    assert arm((1, 0, 1), ["0 0 1", "0 1 0"]).massless_joints == ()
-    links = (link_text("a"), link_text("b"), link_text("c", 1, at="0.01 0.02 0.1"))
-    first = joint_text("first", "continuous", "a", "b", "0 0 1")
-    second = joint_text("second", "continuous", "b", "c", "0 0 1")
-    assert ik.Robot.from_urdf(robot_text("r", *links, first, second)).massless_joints == ("second",)
 
 
 @pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import gc
-import pathlib
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import InputError
 from impulsekit.robot import geometry
-from impulsekit.robot.geometry import loader_of, mesh_paths
+from impulsekit.robot.geometry import loader_of
 
 TETRAHEDRON = (
     "v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nv 0 0 {size}\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -53,13 +51,6 @@ def test_a_mesh_written_anew_is_read_anew(robot_of):
     assert largest(one) == 1.0
 
 
-@pytest.mark.parametrize("name", ["m.obj", 'an "odd" name.obj', "it's & more.obj"])
-def test_the_meshes_of_elements_are_found_whatever_their_names(name):
-    assert mesh_paths({"b": [f"<mesh filename={quoteattr(name)}/>", "<box size='1 1 1'/>"]}) == {
-        name
-    }
-
-
 def test_what_was_read_goes_with_the_last_robot_that_shows_it(robot_of):
     robot = robot_of(3.0)
     path = robot.visual_model.geometryObjects[0].meshPath
@@ -68,13 +59,6 @@ def test_what_was_read_goes_with_the_last_robot_that_shows_it(robot_of):
     del robot
     gc.collect()
     assert not any(stamp[0] == path for stamps in geometry._loaders for stamp in stamps)
-
-
-@pytest.mark.parametrize("kind", [str, pathlib.Path])
-def test_one_folder_may_be_given_by_itself(tmp_path, kind):
-    """A text was taken letter by letter, and its "/" opened the whole disk to meshes."""
-    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(2), package_dirs=kind(tmp_path))
-    assert robot.parts[0].package_dirs == (str(tmp_path),)
 
 
 @pytest.mark.parametrize("given", [None, [3], 3, [b"/tmp"]])

@@ -155,16 +155,6 @@ def test_another_root_in_place_of_the_files(root):
         ik.Robot.from_mjcf(free, root="floating")
 
 
-def test_limits_come_along_and_an_unlimited_hinge_has_none():
-    text = mjcf(
-        f"<body><joint name='a' range='-20 30' limited='true'/>{ROD}"
-        f"<body><joint name='b' type='slide'/>{ROD}</body></body>"
-    )
-    model = ik.Robot.from_mjcf(text).model
-    np.testing.assert_allclose(model.lowerPositionLimit, [np.deg2rad(-20), -np.inf])
-    np.testing.assert_allclose(model.upperPositionLimit, [np.deg2rad(30), np.inf])
-
-
 FOUR_BAR = mjcf(
     "<body name='a'><joint name='j1' axis='0 1 0'/><geom type='capsule' size='.02' "
     "fromto='0 0 0 0 0 1'/><body name='b' pos='0 0 1'><joint name='j2' axis='0 1 0'/>"
@@ -197,17 +187,6 @@ def test_an_equality_becomes_a_constraint(kind):
     free, expected = (truth.jump(mj, data, *blow, loops=loops) for loops in (False, True))
     assert abs(expected - free).max() > 0.01 * abs(free).max()
     np.testing.assert_allclose(impact.dv, expected, atol=1e-10 * abs(free).max())
-
-
-def test_two_of_them_in_one_world_keep_their_loops_apart():
-    robot = ik.Robot.from_mjcf(FOUR_BAR.format(EQUALITIES["connect"]))
-    both = ik.combine(left=robot, right=robot, placements={"right": [0, 3, 0]})
-    blow = ik.AppliedImpulse("right/b", linear=[1, 0, 2])
-    impact = ik.solve(ik.Scene.of_robot(both, impulses=[blow]), both.neutral(), both.velocity())
-    alone = ik.Scene.of_robot(robot, impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2])])
-    single = ik.solve(alone, robot.neutral(), robot.velocity())
-    np.testing.assert_allclose(impact.dv[:3], 0, atol=1e-15)
-    np.testing.assert_allclose(impact.dv[3:], single.dv, atol=1e-13)
 
 
 def test_a_site_called_like_its_body_is_the_site():
@@ -250,21 +229,6 @@ def test_what_no_rigid_model_can_hold_is_refused():
     text = mjcf(f"<body><joint name='h'/>{ROD}</body>").replace("</mujoco>", tendon + "</mujoco>")
     with pytest.raises(MjcfError, match=r'"wire".*armature'):
         ik.Robot.from_mjcf(text)
-
-
-def test_a_soft_body_is_refused_by_name():
-    cloth = "<flexcomp name='cloth' type='grid' count='3 3 1' spacing='.1 .1 .1' mass='1' dim='2'/>"
-    with pytest.raises(MjcfError, match=r'flex "cloth".*not a rigid body'):
-        ik.Robot.from_mjcf(mjcf(f"<body><freejoint/>{ROD}</body>{cloth}"))
-
-
-def test_a_sample_of_a_folder_agrees_with_mujoco_s_matrices(tmp_path, capsys):
-    (tmp_path / "four_bar.xml").write_text(FOUR_BAR.format(EQUALITIES["connect"]))
-    (tmp_path / "free.xml").write_text(TEXTS["ball and free joints"])
-    truth.main(tmp_path)
-    told = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in told[-2:]] == ["2", "1"]
-    assert all(float(line.split()[-1]) < 1e-12 for line in told[-2:])
 
 
 @pytest.mark.parametrize(
@@ -384,19 +348,6 @@ def test_a_ball_of_condim_6_stops_rolling():
     assert motion.v[-1][4] == pytest.approx(slower, abs=1e-8)
 
 
-def test_parents_and_excluded_bodies_do_not_meet():
-    text = mjcf(
-        FLOOR + f"<body name='a'><freejoint/>{BALL}<body name='b'><joint/>{BALL}"
-        f"<body name='c'><joint axis='1 0 0'/>{BALL}</body></body></body>"
-    )
-    exclude = "<contact><exclude body1='c' body2='world'/></contact></mujoco>"
-    everything = ik.Scene.of_robot(quiet(text), file_contacts="all")
-    # three with the floor, and the grandchild with its grandparent
-    assert len(everything.contacts) == 4
-    fewer = ik.Scene.of_robot(quiet(text.replace("</mujoco>", exclude)), file_contacts="all")
-    assert len(fewer.contacts) == 3
-
-
 def test_a_body_without_a_name_gets_one_that_the_file_leaves():
     """A frame of a name that was there already was left out, with its mass."""
     text = mjcf(
@@ -410,17 +361,3 @@ def test_a_body_without_a_name_gets_one_that_the_file_leaves():
     assert robot.mass == pytest.approx(mujoco.MjModel.from_xml_string(text).body_mass.sum())
     assert len(set(robot.joint_names)) == 4
     assert len({link.name for link in robot.links}) == 4
-
-
-def test_joints_without_names_and_the_root_joint_get_names_of_their_own():
-    text = mjcf(
-        "<body name='body_2'><joint name='body_joint_1'/><geom size='.1' mass='1'/></body>"
-        "<body><joint/><geom size='.1' mass='1'/></body>",
-        more="<option/>",
-    )
-    with pytest.warns(AssumptionWarning, match="joint number 1, which has no name"):
-        assert len(set(ik.Robot.from_mjcf(text).joint_names)) == 2
-    slide = mjcf("<body><joint name='root_joint' type='slide'/><geom size='.1'/></body>")
-    with pytest.warns(AssumptionWarning, match='the root joint is named "world_root_joint"'):
-        robot = ik.Robot.from_mjcf(slide, root="freeflyer")
-    assert robot.joint_names == ("world_root_joint", "root_joint")

@@ -52,19 +52,6 @@ def test_results_are_read_only_and_agree_with_each_other():
             array[0] = 1.0
 
 
-@pytest.mark.parametrize("mimic", [False, True])
-def test_placements_are_those_of_a_whole_pass(mimic):
-    for name, root in (("panda", "planar"), ("talos", "freeflyer"), ("iris", "fixed")):
-        robot = ik.Robot.from_example(name, root=root, mimic=mimic and name != "iris")
-        model = robot.model
-        q = pin.integrate(model, robot.neutral(), np.linspace(-1, 1, robot.nv))
-        data = model.createData()
-        pin.framesForwardKinematics(model, data, q)
-        for frame in robot.frame_names:
-            wanted = data.oMf[robot.frame_id(frame)].homogeneous
-            close(robot.placement(q, frame).matrix, wanted, 1e-14)
-
-
 def arm_and_ball(root="freeflyer", **ball):
     return ik.combine(
         arm=ik.Robot.from_example("ur5"), ball=ik.Robot.from_urdf(BALL, root=root), **ball
@@ -100,17 +87,6 @@ def test_it_is_turned_as_asked(seed):
         hand, ball = (robot.placement(placed, frame) for frame in ("arm/tool0", "ball/ball"))
         close(hand.rotation.T @ ball.rotation, turn, 1e-14)
         close(ball.position, hand.point([0, 0, 1]), 1e-14)
-
-
-def test_a_part_is_placed_by_a_link_at_its_end():
-    # A quadruped whose foot is put on a point of a turned world, its joints as they are.
-    quadruped = ik.Robot.from_example("solo12", root="freeflyer")
-    robot = ik.combine(dog=quadruped, arm=ik.Robot.from_example("ur5"))
-    q = random_pose(robot, 7)
-    placed = ik.place(robot, q, "dog/FL_FOOT", at=[1, 2, 3], rotation=np.eye(3))
-    foot = robot.placement(placed, "dog/FL_FOOT")
-    close(foot.matrix, np.block([[np.eye(3), np.array([[1, 2, 3]]).T], [np.zeros(3), 1]]), 1e-14)
-    close(placed[7:], q[7:], 0.0)
 
 
 def test_a_planar_part_stays_in_its_plane():

@@ -23,13 +23,6 @@ def test_roots_add_their_degrees_of_freedom():
     assert ik.Robot.from_urdf(text, root=pin.JointModelPZ()).nv == 3
 
 
-def test_an_unknown_root_is_refused_with_those_that_exist():
-    with pytest.raises(errors.UnknownNameError, match='"freeflyer"'):
-        ik.Robot.from_urdf(ik.models.chain_urdf(1), root="freefyler")
-    with pytest.raises(errors.InputError, match=r"root must be .*got an int"):
-        ik.Robot.from_urdf(ik.models.chain_urdf(1), root=3)
-
-
 def test_a_given_model_is_copied_and_never_changed():
     model = pin.buildSampleModelHumanoid()
     before = pin.Model(model)
@@ -41,11 +34,6 @@ def test_a_given_model_is_copied_and_never_changed():
     assert model == before
     robot.model.names[1] = "other"
     assert model == before
-
-
-def test_only_a_model_is_taken_for_a_model():
-    with pytest.raises(errors.InputError, match=r"pin\.Model"):
-        ik.Robot.from_model("talos")
 
 
 def test_a_robot_travels_by_pickle():
@@ -74,13 +62,6 @@ def test_links_behind_fixed_joints_keep_their_own_mass_and_mass_centre():
     assert not np.allclose(flange.com_in_joint, hand.com_in_joint)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ik.models.example_names())
-def test_every_example_loads_and_its_links_add_up(name):
-    robot = ik.Robot.from_example(name, root="freeflyer")
-    assert sum(link.mass for link in robot.links) == pytest.approx(robot.mass, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("name", "nv"),
     [("talos", 38), ("panda", 15), ("solo12", 18), ("ur5", 12), ("talos_legs", 18)],
@@ -89,32 +70,8 @@ def test_the_loaders_names_give_the_loaders_robots(name, nv):
     assert ik.Robot.from_example(name, root="freeflyer").nv == nv
 
 
-def test_a_file_of_macros_is_no_robot():
-    assert len(ik.models.example_names()) == 92
-    with pytest.raises(errors.UrdfError, match="no link"):
-        ik.Robot.from_example("ur_description/ur3")
-
-
 def test_file_stems_are_names_too():
     assert {"allegro_right_hand", "TwoDofs", "talos_reduced"} <= set(ik.models.example_names())
-
-
-def test_an_unknown_example_gets_its_nearest_names():
-    with pytest.raises(errors.UnknownNameError) as caught:
-        ik.Robot.from_example("tallos")
-    assert "talos" in caught.value.nearest
-    with pytest.raises(errors.UrdfError, match="SDF"):
-        ik.Robot.from_example("cassie")
-
-
-def test_unknown_frames_and_joints_get_their_nearest_names():
-    robot = ik.Robot.from_example("panda")
-    with pytest.raises(errors.UnknownNameError, match='did you mean "panda_hand'):
-        robot.frame_id("pandahand")
-    with pytest.raises(errors.UnknownNameError) as caught:
-        robot.joint_id("panda_joint9")
-    assert caught.value.kind == "joint"
-    assert "panda_joint1" in caught.value.known
 
 
 def test_geometry_is_read_only_when_somebody_looks():
@@ -150,16 +107,6 @@ def test_a_model_whose_joints_are_not_numbered_depth_first_is_refused():
     assert abs(pin.computeKineticEnergy(model, data, q, v) - 0.5 * v @ masses @ v) > 1e-3
     with pytest.raises(errors.InputError, match=r'"joint_3" is a child of "joint_1".*depth first'):
         ik.Robot.from_model(model)
-
-
-@pytest.mark.parametrize(
-    "root",
-    [pin.JointModelHX(np.nan), pin.JointModelRevoluteUnaligned(np.array([np.inf, 0.0, 1.0]))],
-    ids=lambda joint: joint.shortname(),
-)
-def test_a_root_that_is_not_made_of_numbers_is_told(root):
-    with pytest.raises(ik.errors.InputError, match=r"root, a JointModel.* finite number"):
-        ik.Robot.from_example("panda", root=root)
 
 
 def test_a_root_whose_pitch_was_never_set_is_told():

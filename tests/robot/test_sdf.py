@@ -38,7 +38,6 @@ def sdf(*parts):
     return f"<sdf version='1.9'><model name='m'>{''.join(parts)}</model></sdf>"
 
 
-WORLD = '<link name="world"/>'
 A, B = link("a"), link("b", "0.3 0 1 0.5 0.2 0.1")
 
 
@@ -64,15 +63,6 @@ def test_links_stand_where_the_file_puts_them():
     q = robot.neutral()
     assert placement(robot, "b", q).isApprox(b, 1e-14)
     assert placement(robot, "c", q).isApprox(b * pose("0.1 0.2 0.3 0.4 0 0"), 1e-14)
-
-
-def test_a_model_may_write_the_world_down_as_a_link():
-    rail = joint("rail", "world", "a", "prismatic", inside=axis("0 0 1"))
-    written, implied = (ik.Robot.from_sdf(sdf(*world, A, rail)) for world in ([WORLD], []))
-    assert written.joint_names == implied.joint_names == ("rail",)
-    q = written.configuration(rail=0.3)
-    assert placement(written, "a", q).isApprox(placement(implied, "a", q), 1e-15)
-    assert written.mass == implied.mass
 
 
 @pytest.mark.parametrize(
@@ -106,12 +96,6 @@ def test_an_axis_lies_in_the_frame_that_it_names(frame, turn):
         robot, "b", robot.configuration(j=0.4)
     )
     assert found.isApprox(expected, 1e-13), turn
-
-
-def test_a_prefix_without_xmlns_is_declared():
-    with pytest.warns(AssumptionWarning, match='"drake"'):
-        robot = ik.Robot.from_sdf(sdf(A, "<drake:joint name='x'/>"), "freeflyer")
-    assert robot.nv == 6
 
 
 def test_inertias_turn_with_their_pose():
@@ -239,12 +223,6 @@ def test_a_mistake_is_named(text, words):
     with pytest.raises(MjcfError) as caught:
         ik.Robot.from_sdf(text)
     assert words in str(caught.value)
-
-
-def test_of_two_models_with_one_name_none_is_chosen():
-    text = f"<sdf version='1.9'><model name='m'>{A}</model><model name='m'>{B}</model></sdf>"
-    with pytest.raises(MjcfError, match="2 models have this name"):
-        ik.Robot.from_sdf(text, model="m")
 
 
 def test_what_of_a_link_or_axis_has_no_place_is_told():

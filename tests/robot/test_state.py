@@ -11,7 +11,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit import errors
 from impulsekit.robot.state import checked_velocity
 
 
@@ -65,31 +64,6 @@ def test_names_that_are_no_identifiers_go_in_a_mapping():
     both = ik.combine(left=arm, right=arm)
     q = both.configuration({"right/panda_joint1": 0.5})
     assert q[9] == 0.5
-
-
-@pytest.mark.parametrize(
-    ("values", "error", "words"),
-    [
-        ({"hinje": 1.0}, errors.UnknownNameError, '"hinge"'),
-        ({"hinge": [1.0, 2.0]}, errors.ShapeError, r"expected shape \(1,\), got \(2,\)"),
-        ({"hinge": math.nan}, errors.NotFiniteError, "nan"),
-        ({"hinge": "much"}, errors.NotFiniteError, "must be numbers"),
-        ({"ball": [0, 0, 0, 1.1]}, errors.StateError, 'quaternion of joint "ball" has length 1.1'),
-        ({"base": [0] * 7}, errors.StateError, "length 0"),
-        ({"base": [0] * 6}, errors.ShapeError, "x, y, z and the quaternion"),
-        ({"wheel": [0.6, 0.9]}, errors.StateError, r"\(cosine, sine\) pair of joint \"wheel\""),
-    ],
-)
-def test_a_wrong_configuration_is_one_clear_error(robot, values, error, words):
-    with pytest.raises(error, match=words):
-        robot.configuration(**values)
-
-
-def test_a_wrong_velocity_is_one_clear_error(robot):
-    with pytest.raises(errors.ShapeError, match="velocity of joint"):
-        robot.velocity(base=[1, 2, 3])
-    with pytest.raises(errors.NotFiniteError, match="inf"):
-        robot.velocity(hinge=math.inf)
 
 
 def test_an_angle_without_limits_that_reads_like_degrees_is_told():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import warnings
 
 import numpy as np
@@ -113,32 +112,11 @@ def test_a_quirk_is_read_as_the_clean_file_and_said(quirk):
     assert solves_and_checks(robot)
 
 
-@pytest.mark.parametrize("quirk", QUIRKS)
-def test_a_quirk_is_read_under_a_free_root_and_in_company(quirk):
-    text, _ = QUIRKS[quirk]
-    robot, _ = read_with_warning(text, root="freeflyer")
-    assert solves_and_checks(robot)
-    both = ik.combine(left=robot, right=robot)
-    assert both.assumptions == 2 * robot.assumptions
-    assert solves_and_checks(both)
-
-
 def test_a_joint_without_limit_may_turn_as_far_as_it_likes():
     robot, _ = read_with_warning(QUIRKS["revolute without limit"][0])
     assert robot.nq == 1
     assert robot.model.upperPositionLimit[0] > 1e300
     assert robot.model.lowerPositionLimit[0] < -1e300
-
-
-def test_many_comments_at_the_head_take_no_time():
-    """Read in a fraction of a second: each comment once, whatever stands behind them."""
-    head = "".join(f"<!-- line {i} -->\n" for i in range(60))
-    started = time.process_time()
-    robot = ik.Robot.from_urdf(head + CLEAN)
-    repaired, assumed = read_with_warning(head + "<?xml version='1.0'?>" + CLEAN)
-    assert time.process_time() - started < 2.0
-    assert same_dynamics(robot, repaired)
-    assert "comment" in assumed
 
 
 def test_a_continuous_joint_with_a_negative_effort_has_none():
@@ -221,14 +199,6 @@ def test_a_xacro_file_is_not_taken_for_a_robot_without_joints(prefix, monkeypatc
         ik.Robot.from_urdf(text)
 
 
-def test_an_expanded_file_that_still_declares_xacro_is_a_urdf():
-    text = CLEAN.replace("<robot ", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro' ")
-    text = text.replace("</robot>", "<!-- ${size} <xacro:arm/> --></robot>")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert ik.Robot.from_urdf(text).nv == 1
-
-
 def test_xacro_is_expanded_where_it_is_installed(tmp_path):
     pytest.importorskip("xacro")
     text = CLEAN.replace("value='2'", "value='${1 + 1}'").replace(
@@ -294,9 +264,3 @@ def test_of_what_stands_there_twice_the_first_counts_and_that_is_told():
     assert 'of several <inertial> the first counts ("arm")' in assumed
     assert 'of several <limit> the first counts ("hinge")' in assumed
     assert same_dynamics(robot, ik.Robot.from_urdf(CLEAN))
-
-
-def test_an_element_in_capitals_is_told():
-    robot, assumed = read_with_warning(robot_text(BASE, ARM, hinge().replace("<axis", "<Axis")))
-    assert '<Axis> is ignored, URDF writes <axis> ("hinge")' in assumed
-    assert robot.joint_names == ("hinge",)

@@ -3,7 +3,6 @@
 import pickle
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import impulsekit as ik
@@ -119,37 +118,6 @@ def test_files_hold_numbers_of_contacts_whose_table_is_not_in_the_scene(tmp_path
     assert ik.load_scene(tmp_path / "scene.toml").scene.contacts == scene.contacts
 
 
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ((), '"a/ball" has no material'),
-        (TABLE[:1], '"world" has no material'),
-        (TABLE[:2], 'materials without a pair, "rubber" and "steel"'),
-        ([*TABLE, TABLE[2]], "is given twice"),
-        ([*TABLE, ik.Material("glass", links=["a/ball"])], 'is made of "rubber" already'),
-        ([ik.Material("ice", links=["a/bal"])], "a/bal"),
-        ([ik.MaterialPair("ice", "wood")], 'no Material has the name "ice"'),
-        (["rubber"], "must be a Material or MaterialPair"),
-    ],
-)
-def test_faults_of_the_table_are_told(table, words):
-    with pytest.raises(ik.errors.ImpulsekitError, match=words):
-        ik.Scene(BALLS, contacts=[ik.Contact("a/ball", **ASKS)], materials=table)
-
-
-@pytest.mark.parametrize(
-    "change", [{"restitution": 1.5}, {"friction": -1}, {"stiffness": 0.0}, {"friction": np.inf}]
-)
-def test_coefficients_of_a_pair_are_checked(change):
-    with pytest.raises(ik.errors.ImpulsekitError, match=next(iter(change))):
-        ik.MaterialPair("steel", "steel", **change)
-
-
-def test_a_scene_without_a_table_says_what_is_missing():
-    with pytest.raises(ik.errors.InputError, match="has no material"):
-        ik.Scene(BALLS, contacts=[ik.Contact("a/ball", friction="material")])
-
-
 def test_geometry_of_the_world_is_made_of_what_is_fixed():
     ball = ik.Robot.from_mjcf(
         """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
@@ -162,12 +130,6 @@ def test_geometry_of_the_world_is_made_of_what_is_fixed():
     ]
     meets = ik.Collision("skin", "floor", restitution="material")
     assert ik.Scene(ball, contacts=[meets], materials=table).contacts[0].restitution == 0.4
-
-
-def test_arrays_are_no_coefficients():
-    for name in ("restitution", "friction"):
-        with pytest.raises(ik.errors.ImpulsekitError, match=name):
-            ik.Contact("ball", **{name: np.array([0.5, 0.3])})
 
 
 def test_a_contact_that_is_replaced_keeps_its_materials():

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-import pickle
 
 import numpy as np
 import pytest
@@ -34,17 +32,6 @@ def test_an_array_without_an_axis_is_a_number():
     assert ik.JointLock("a", velocity=one).velocity == 0.3
 
 
-def test_a_scene_travels_by_pickle_and_gives_the_same_answer(robot):
-    scene = ik.Scene(
-        robot,
-        [ik.AppliedImpulse("panda_hand", [0, 0, 1]), ik.JointImpulse("panda_joint2", 0.4)],
-    )
-    q, v = robot.configuration(panda_joint4=-1.5), robot.velocity(panda_joint1=0.2)
-    twin = pickle.loads(pickle.dumps(scene))
-    assert twin.impulses == scene.impulses
-    np.testing.assert_array_equal(ik.solve(twin, q, v).dv, ik.solve(scene, q, v).dv)
-
-
 def test_entries_are_called_by_name_or_place(robot):
     scene = ik.Scene(
         robot,
@@ -53,56 +40,50 @@ def test_entries_are_called_by_name_or_place(robot):
     assert scene.entry_names("impulses") == ("impulses[0]", "kick")
 
 
+def test_a_normal_is_kept_at_unit_length():
+    assert ik.Contact("a", normal=[0, 3, 4]).normal == (0.0, 0.6, 0.8)
+
+
+def test_a_table_is_linear_between_its_points_and_flat_beyond():
+    table = ik.RestitutionTable([0.1, 1.0, 2.0], [1.0, 0.5, 0.2])
+    assert table(0.0) == 1.0
+    assert table(1.5) == pytest.approx(0.35)
+    assert table(9.0) == 0.2
+
+
 @pytest.mark.parametrize(
-    ("make", "error", "words"),
+    "law",
     [
-        (
-            lambda: ik.AppliedImpulse("a", [1, 2]),
-            errors.ShapeError,
-            r"linear: expected shape \(3,\), got \(2,\)",
-        ),
-        (lambda: ik.AppliedImpulse("a", 3.0), errors.ShapeError, "three numbers"),
-        (lambda: ik.AppliedImpulse("a", [0, math.nan, 0]), errors.NotFiniteError, r"linear\[1\]"),
-        (lambda: ik.AppliedImpulse("a", at=[0, 0, math.inf]), errors.NotFiniteError, r"at\[2\]"),
-        (lambda: ik.AppliedImpulse("a", [1e200, 0, 0]), errors.RangeError, "1e[+]100"),
-        (lambda: ik.Law(restitution=np.array([])), errors.RangeError, '"newton" or'),
-        (lambda: ik.AppliedImpulse("a", axes="body"), errors.RangeError, '"world" or "local"'),
-        (lambda: ik.AppliedImpulse(""), errors.InputError, "must be a non-empty name"),
-        (lambda: ik.AppliedImpulse("a", ["x", 0, 0]), errors.NotFiniteError, '"x"'),
-        (lambda: ik.JointImpulse("a", math.nan), errors.NotFiniteError, r"impulse\[0\]"),
+        ik.Law("poisson"),
+        ik.Law("newton", "path"),
+        ik.Law("stronge", "path"),
+        ik.Law("poisson", order="sequential"),
     ],
 )
-def test_a_wrong_entry_is_one_clear_error(make, error, words):
-    with pytest.raises(error, match=words):
+def test_tangential_restitution_goes_with_newton_and_slip_at_the_end(robot, law):
+    """Refused when the scene is made, whether or not that contact ever approaches."""
+    plain = ik.Contact("panda_hand", friction=0.3)
+    skid = ik.Contact("panda_hand", friction=0.3, tangential_restitution=0.5)
+    with pytest.raises(errors.InputError, match=r"contacts\[1\]: tangential restitution"):
+        ik.Scene(robot, contacts=[plain, skid], law=law)
+    assert ik.Scene(robot, contacts=[plain], law=law)
+    assert ik.Scene(robot, contacts=[plain, skid], law=ik.Law(order="sequential"))
+
+
+def test_velocities_follow_their_directions_when_these_are_put_in_order():
+    anchor = ik.FrameAnchor("a", "b", directions=("rz", "x", "y"), velocity=(1.0, 2.0, 3.0))
+    assert dict(zip(anchor.directions, anchor.velocity, strict=True)) == {"rz": 1, "x": 2, "y": 3}
+    assert anchor.directions == ("x", "y", "rz")
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ik.FrameAnchor("a", "b", directions=3),
+        lambda: ik.JointCoupling("a", 3),
+        lambda: ik.JointCoupling("a", None),
+    ],
+)
+def test_what_is_no_name_is_told(make):
+    with pytest.raises(errors.InputError, match="must be a name or several"):
         make()
-
-
-@pytest.mark.parametrize(
-    ("impulses", "error", "words"),
-    [
-        ([ik.AppliedImpulse("panda_hnd")], errors.UnknownNameError, r'impulses\[0\].*"panda_hand"'),
-        ([ik.JointImpulse("elbow", 1.0)], errors.UnknownNameError, "unknown joint"),
-        ([ik.AppliedImpulse("world", [1, 0, 0])], errors.InputError, "the world moves nothing"),
-        ([ik.AppliedImpulse("panda_link0")], errors.InputError, "fixed to the world"),
-        (
-            [ik.JointImpulse("panda_joint1", [1, 2])],
-            errors.ShapeError,
-            r"expected shape \(1,\), got \(2,\)",
-        ),
-        (["a blow"], errors.InputError, r"impulses\[0\] must be .*got a str"),
-        (3, errors.InputError, "must be a list"),
-        (
-            [ik.JointImpulse("panda_joint1", 1.0, name="x")] * 2,
-            errors.InputError,
-            '2 entries have the name "x"',
-        ),
-    ],
-)
-def test_a_scene_that_does_not_fit_its_robot_is_refused(robot, impulses, error, words):
-    with pytest.raises(error, match=words):
-        ik.Scene(robot, impulses)
-
-
-def test_only_a_robot_is_taken_for_a_robot():
-    with pytest.raises(errors.InputError, match="not a Robot"):
-        ik.Scene("panda")

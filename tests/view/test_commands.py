@@ -56,15 +56,6 @@ def test_replay_of_a_saved_motion(tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 800_000
 
 
-def test_simulate_writes_a_page_and_a_sheet(tmp_path):
-    page, sheet = tmp_path / "page.html", tmp_path / "sheet.png"
-    done = run("simulate", CHAIN, "-t", "0.2", "--html", str(page), "--plot", str(sheet))
-    assert done.exit_code == 0, done.output
-    assert done.stderr == ""
-    assert page.stat().st_size > 800_000
-    assert sheet.read_bytes().startswith(b"\x89PNG")
-
-
 def test_replay_without_a_display_says_where_the_page_is(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)
@@ -73,16 +64,3 @@ def test_replay_without_a_display_says_where_the_page_is(monkeypatch):
     page = pathlib.Path(done.stdout.strip())
     assert f"no browser could be opened; the page is {page}" in done.stderr
     page.unlink()
-
-
-def test_faults_are_one_line(tmp_path):
-    for arguments in (
-        ["replay", CHAIN, "--html", str(tmp_path / "no" / "page.html")],
-        ["replay", CHAIN, "--html", str(tmp_path / "x.html"), "--ghost", "99"],
-        ["solve", CHAIN, "--plot", str(tmp_path / "x.xyz")],
-        ["replay", "nowhere.toml", "--html", str(tmp_path / "x.html")],
-    ):
-        done = run(*arguments)
-        assert done.exit_code == 2
-        assert done.stderr.startswith("error: ")
-        assert len(done.stderr.strip().splitlines()) == 1

@@ -12,8 +12,6 @@ from impulsekit.measured import Recording
 from impulsekit.models import chain_urdf
 from impulsekit.scene import ReportPoint
 
-from .browser import FLAGS, chromium
-
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 # Whether a scene takes the player more than a moment to load.
 SCENES = [
@@ -145,61 +143,6 @@ def test_the_clock_shows_the_time_of_the_motion(page, tmp_path):
     page.page.wait_for_function(f"() => {clock} === 't = 1.50 s'", timeout=20_000)
 
 
-@pytest.mark.slow
-def test_it_plays_by_itself_and_starts_again(page, tmp_path):
-    robot = ik.Robot.from_urdf(chain_urdf(2))
-    q = [robot.neutral(), robot.configuration(joint_2=1.0)]
-    ik.replay(Recording(robot, [0.0, 0.5], q), tmp_path / "page.html")
-    page.page.goto((tmp_path / "page.html").as_uri())
-    page.page.wait_for_function("() => viewer.animator.time > 0.1", timeout=20_000)
-    page.page.wait_for_function(
-        "() => viewer.animator.actions.every(a => a.isRunning()) && viewer.animator.time < 0.1",
-        timeout=20_000,
-    )
-
-
-@pytest.mark.slow
-def test_a_simulated_motion(page, tmp_path):
-    scene_file = ik.load_scene(EXAMPLES / "bouncing_ball.toml")
-    robot = scene_file.scene.robot
-    q = scene_file.q.copy()
-    q[2] += 0.2
-    motion = ik.simulate(scene_file.scene, q, scene_file.v, duration=0.2)
-    assert motion.impacts[0][0] > 0.03
-    shown = ik.replay(motion, tmp_path / "page.html", play=False, hold=0.2)
-    assert shown.duration > 0.2
-    page.open(tmp_path / "page.html")
-    assert page.duration() == pytest.approx(shown.duration)
-    data = robot.model.createData()
-    for frame in (0, len(shown.times) // 2, len(shown.times) - 1):
-        page.seek(float(shown.times[frame]))
-        pin.forwardKinematics(robot.model, data, motion.at(float(shown.motion_times[frame]))[0])
-        wanted = [data.oMi[robot.joint_id(joint)].homogeneous for joint in robot.joint_names]
-        found = page.worlds([shown.nodes[joint] for joint in robot.joint_names])
-        np.testing.assert_allclose(found, wanted, atol=1e-6)
-    first = float(np.interp(motion.impacts[0][0], shown.motion_times, shown.times))
-    blow = next(path for path in shown.arrows["floor"] if "/0/" in path)
-    for time, visible in ((first - 0.03, False), (first + 0.03, True), (first + 0.25, False)):
-        page.seek(time)
-        assert page.shown(blow) is visible
-    assert not is_blank(page.picture())
-
-
-@pytest.mark.slow
-def test_a_browser_without_webgl_says_so(session_browser, tmp_path):
-    robot = ik.Robot.from_urdf(chain_urdf(2))
-    ik.replay(Recording(robot, [0.0], [robot.neutral()]), tmp_path / "page.html")
-    kind = session_browser.page.context.browser.browser_type
-    blind = kind.launch(executable_path=chromium(), args=[*FLAGS, "--disable-3d-apis"])
-    try:
-        opened = blind.new_page()
-        opened.goto((tmp_path / "page.html").as_uri())
-        text = opened.locator("#trouble").text_content(timeout=20_000)
-    finally:
-        blind.close()
-    assert text.startswith("This page needs WebGL")
-
-
 def test_names_with_markup_stay_text(page, tmp_path):
     bad = '</script><img src="http://x.invalid/a.png" onerror="document.title=1">__proto__'
     markup = bad.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
@@ -226,26 +169,4 @@ def test_a_still_picture_needs_no_player(page, tmp_path):
     assert shown.duration == 0.0
     page.open(tmp_path / "page.html")
     page.run("() => viewer.render()")
-    assert not is_blank(page.picture())
-
-
-@pytest.mark.slow
-def test_ten_seconds_of_talos(page, tmp_path):
-    robot = ik.Robot.from_example("talos", root="freeflyer")
-    t = np.arange(601) / 60.0
-    v = 0.3 * np.random.default_rng(0).normal(size=robot.nv)
-    q = [pin.integrate(robot.model, robot.neutral(), np.sin(x) * v) for x in t]
-    shown = ik.replay(Recording(robot, t, q), tmp_path / "page.html", play=False)
-    assert len(shown.times) == 601
-    # Meshes and player alone are some 5 MB.
-    assert (tmp_path / "page.html").stat().st_size < 8e6
-    page.open(tmp_path / "page.html")
-    assert page.duration() == pytest.approx(10.0)
-    data = robot.model.createData()
-    for frame in (0, 237, 600):
-        page.seek(float(shown.times[frame]))
-        pin.forwardKinematics(robot.model, data, q[frame])
-        for joint in ("root_joint", "head_2_joint", "gripper_left_joint"):
-            wanted = data.oMi[robot.joint_id(joint)].homogeneous
-            np.testing.assert_allclose(page.world(shown.nodes[joint]), wanted, atol=1e-6)
     assert not is_blank(page.picture())

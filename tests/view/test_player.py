@@ -7,11 +7,6 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.view.effects import trace_color
-
-# What the legend and the bar may take of a window.
-MOST_COVERED = 0.12
-
 
 BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
   <inertia ixx="0.004" iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/></inertial>
@@ -172,28 +167,6 @@ def test_arrows_can_be_hidden_together_and_by_kind(opened):
     assert page.shown(f"{blow}/solid")
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (800, 500)])
-def test_legend_and_bar_leave_the_picture_free(opened, size):
-    page, _ = opened
-    width, height = size
-    page.page.set_viewport_size({"width": width, "height": height})
-    boxes = [page.page.locator(part).bounding_box() for part in ("#legend", "#bar")]
-    assert sum(b["width"] * b["height"] for b in boxes) < MOST_COVERED * width * height
-    picture = page.page.locator("#meshcat-pane").bounding_box()
-    for box in boxes:
-        assert box["y"] >= picture["y"] + picture["height"] - 0.5
-    fits = "h => Math.abs(document.querySelector('canvas').offsetHeight - h) < 1"
-    page.page.wait_for_function(fits, arg=picture["height"], timeout=20_000)
-    canvas = page.page.locator("#meshcat-pane canvas").bounding_box()
-    assert canvas["height"] == pytest.approx(picture["height"], abs=1.0)
-    page.page.get_by_role("button", name="Legend").click()
-    assert not page.page.locator("#legend").is_visible()
-    larger = page.page.locator("#meshcat-pane canvas").bounding_box()
-    assert larger["height"] > canvas["height"] + 20
-    page.page.keyboard.press("l")
-    assert page.page.locator("#legend").is_visible()
-
-
 def on_screen(page, path):
     """Where a node's origin is in the window [px]."""
     return page.run(
@@ -220,62 +193,3 @@ def test_a_body_says_its_name_under_the_mouse(opened):
     assert page.page.locator("#name").is_visible()
     page.page.mouse.move(5, 5)
     page.page.wait_for_function("() => document.getElementById('name').hidden", timeout=20_000)
-
-
-def test_the_camera_goes_along(opened, motion):
-    page, shown = opened
-    page.page.get_by_role("button", name="Follow").click()
-    page.run("() => viewer.render()")
-    robot = motion.scene.robot
-    targets, centres = [], []
-    for frame in (0, len(shown.times) // 3):
-        page.seek(float(shown.times[frame]))
-        x, y, z = page.run("() => viewer.controls.target.toArray()")
-        targets.append(np.array([x, -z, y]))
-        data = robot.model.createData()
-        q = motion.at(float(shown.motion_times[frame]))[0]
-        centres.append(pin.centerOfMass(robot.model, data, q).copy())
-    moved = centres[1] - centres[0]
-    assert np.linalg.norm(moved) > 0.01
-    np.testing.assert_allclose(targets[1] - targets[0], moved, atol=1e-5)
-
-
-def test_from_below_the_floor_hides_nothing(page, tmp_path):
-    robot = ik.Robot.from_urdf(BALL, root="freeflyer")
-    q = robot.configuration(root_joint=[0, 0, 0.4, 0, 0, 0, 1])
-    ik.replay(ik.measured.Recording(robot, [0.0], [q]), tmp_path / "page.html")
-    page.open(tmp_path / "page.html")
-    # From above the ball's shadow lies on a solid floor; from below the ball shines through.
-    for height in (1.0, -0.5):
-        page.run(
-            """height => {
-                viewer.camera.position.set(0.1, height, 0.1);
-                viewer.controls.target.set(0, 0.4, 0);
-                viewer.controls.update();
-                viewer.render();
-            }""",
-            height,
-        )
-        picture = page.picture().astype(int)[:430]
-        red = (picture[:, :, 0] - picture[:, :, 2]) > 60
-        assert red.sum() > 2000, height
-
-
-def test_robots_paths_and_velocities_differ_in_colour(opened):
-    page, _ = opened
-    colors = page.run(
-        """() => Object.fromEntries([...document.querySelectorAll('#legend .row')].map(row =>
-            [row.textContent, getComputedStyle(row.querySelector('i')).backgroundColor]))"""
-    )
-    picked = [c for text, c in colors.items() if text in ("arm", "ball", "path of ball/ball")]
-    assert len(picked) == len(set(picked)) == 3
-    rgb = {
-        word: np.array([int(x) for x in re.findall(r"\d+", color)])
-        for text, color in colors.items()
-        for word in ("before", "after")
-        if word in text
-    }
-    assert np.linalg.norm(rgb["before"] - rgb["after"]) > 100
-    many = np.array([trace_color(i) for i in range(12)])
-    apart = np.linalg.norm(many[:, None] - many[None], axis=2) + np.eye(12)
-    assert apart.min() > 0.05

@@ -6,7 +6,6 @@ import sys
 
 import matplotlib
 import numpy as np
-import pinocchio as pin
 import pytest
 
 matplotlib.use("Agg")
@@ -14,11 +13,10 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
 import impulsekit as ik
-from impulsekit.errors import InputError, MissingExtraError, RangeError, ShapeError
+from impulsekit.errors import MissingExtraError, RangeError, ShapeError
 from impulsekit.view import plots
-from impulsekit.view.plots.motions import skeleton
 
-from .sheets import faults_of, words_of
+from .sheets import faults_of
 
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
@@ -80,11 +78,6 @@ def test_impulses_lie_in_their_cones(ax):
         assert abs(x) <= 1.0 * y + 1e-12
 
 
-def test_nothing_touches(ax):
-    plots.contact_cones(solved("whittaker_chain"), ax)
-    assert "nothing touches" in [text.get_text() for text in ax.texts]
-
-
 def test_reactions_in_order_and_rounding_is_nothing(ax):
     impact = solved("whittaker_chain")
     plots.joint_reactions(impact, ax)
@@ -122,16 +115,6 @@ def test_a_stroboscope_of_the_struck_chain(ax):
         plots.stroboscope(impact, [99.0], ax)
 
 
-def test_a_skeleton_hangs_from_the_pin_and_ends_where_the_last_rod_does():
-    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
-    lines = skeleton(robot, robot.neutral())
-    assert len(lines) == 3
-    assert lines[0][0] == pytest.approx([0, 0, 0])
-    assert np.linalg.norm(lines[-1][1] - lines[-1][0]) == pytest.approx(
-        np.linalg.norm(lines[0][1] - lines[0][0])
-    )
-
-
 def test_time_against_error(ax):
     plots.time_against_error({"a": ([1e-9, 1e-3], [2.0, 1.0]), "b": ([0.0], [1.0])}, ax)
     assert ax.lines[0].get_xdata().tolist() == [1e-9, 1e-3]
@@ -163,11 +146,6 @@ def test_a_sheet_is_written(ending, tmp_path):
     # Speeds in m/s and in rad/s stand apart.
     assert len(figure.axes) == 5
     assert path.stat().st_size > 5000
-
-
-def test_a_sheet_of_unknown_form(tmp_path):
-    with pytest.raises(InputError, match="xyz"):
-        plots.overview(solved("four_bar"), tmp_path / "sheet.xyz")
 
 
 def test_names_with_dollars_are_no_formulas(ax):
@@ -212,45 +190,6 @@ def test_no_word_leaves_the_sheet_or_lies_over_another(name, dark):
     assert faults_of(plots.overview(impact, dark=dark)) == []
 
 
-def test_words_are_read_on_a_dark_sheet_too():
-    impact = solved("rocking_block")
-    for dark in (False, True):
-        figure = plots.overview(impact, dark=dark)
-        paper = luminance(figure.get_facecolor())
-        assert (paper < 0.2) == dark
-        for text, _ in words_of(figure):
-            assert abs(luminance(text.get_color()) - paper) > 0.4, text
-        # The lines of the cones and the marks in them.
-        for ax in figure.axes:
-            for line in ax.lines:
-                if line.get_marker() in ("s", "x"):
-                    assert abs(luminance(line.get_color()) - paper) > 0.4
-
-
-def luminance(color):
-    red, green, blue = matplotlib.colors.to_rgb(color)
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
-
-
-@pytest.mark.parametrize("free", [True, False])
-def test_turning_and_shifting_have_axes_of_their_own(free):
-    impact = solved("solo12_landing")
-    figure = plt.figure(figsize=(7, 7), layout="constrained" if free else None)
-    ax = figure.add_subplot() if free else figure.add_axes([0.3, 0.1, 0.6, 0.8])
-    assert plots.velocity_jump(impact, ax, rows=30) is ax
-    labels = [panel.get_xlabel() for panel in figure.axes]
-    assert sorted(labels) == ["speed [m/s]", "speed [rad/s]"]
-    for panel, unit in zip(figure.axes, ("m/s", "rad/s"), strict=True):
-        rows = [t.get_text() for t in panel.get_yticklabels()]
-        assert rows and all(row.endswith(f"[{unit}]") for row in rows)
-    # Every speed is drawn once, with its own value.
-    after = np.concatenate([panel.lines[2].get_xdata() for panel in figure.axes])
-    assert np.sort(after) == pytest.approx(np.sort(impact.v_after))
-    # One part of the place below the other.
-    upper, lower = (panel.get_position() for panel in figure.axes)
-    assert upper.y0 > lower.y1
-
-
 @pytest.mark.parametrize(
     ("axis", "turn", "plane"), [("x", 0, "yz"), ("y", 1, "xz"), ("z", 2, "xy")]
 )
@@ -267,32 +206,3 @@ def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, pla
     ax = plots.stroboscope(motion, [0.0, 1.0, 2.0])
     assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == tuple(plane)
     assert plots.stroboscope(motion, [0.0], plane="zx").get_xlabel() == "z [m]"
-
-
-def test_effective_masses_are_readable_where_most_are_infinite(tmp_path):
-    scene_file = ik.load_scene(EXAMPLES / "spared_hinges.toml")
-    for point in scene_file.design:
-        found = ik.design.impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
-        ax = ik.design.plot_effective_mass(found)
-        # A door moves in the level plane alone.
-        assert ax.get_xlabel() == "effective mass along x [kg]"
-        assert ax.get_ylabel() == "effective mass along y [kg]"
-        high = ax.get_xlim()[1]
-        least = 1.0 / np.linalg.eigvalsh(found.mobility)[-1]
-        assert least < high < 10.0 * least
-        x, y = ax.lines[0].get_data()
-        seen = np.isfinite(x) & (np.abs(x) < high) & (np.abs(y) < high)
-        assert seen.sum() > 100
-        assert faults_of(ax.figure) == []
-
-
-@pytest.mark.parametrize("name", ["tiago", "double_pendulum", "solo12"])
-def test_sheets_of_other_robots(name):
-    robot = ik.Robot.from_example(name, root="freeflyer")
-    rng = np.random.default_rng(7)
-    links = [link.name for link in robot.links if link.joint_id > 0]
-    contacts = [ik.Contact(link, friction=0.4, name=f"contact of {link}") for link in links[-3:]]
-    blow = ik.AppliedImpulse(links[0], rng.normal(size=3))
-    q = pin.integrate(robot.model, robot.neutral(), 0.3 * rng.normal(size=robot.nv))
-    impact = ik.solve(ik.Scene(robot, [blow], contacts=contacts), q, rng.normal(size=robot.nv))
-    assert faults_of(plots.overview(impact)) == []
