@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class KnownImpulses:
-    """What the reference is given: loads on links, and by joint the impulse in it."""
+    """Impulses given to the reference: loads on links, and by joint the impulse in it."""
 
     reference: ReferenceRobot
     loads: list[Load]
@@ -52,7 +52,7 @@ class KnownImpulses:
         self.loads.append(Load(link, wrench.linear, wrench.angular, axes="local"))
 
     def add_of_joint_constraint(self, entry: Constraint, impulse: np.ndarray) -> None:
-        """What a lock or a coupling carried; anchors act on bodies and add nothing here."""
+        """Add the impulse of a lock or a coupling; anchors act on bodies and add nothing here."""
         if isinstance(entry, JointLock):
             self.add_in_joint(entry.joint, impulse)
         elif isinstance(entry, JointCoupling):

@@ -46,7 +46,7 @@ class CheckRow:
 
     @property
     def agrees(self) -> bool:
-        """Whether the difference is within the tolerance; NaN is not."""
+        """Return whether the difference is within the tolerance; NaN is not."""
         return bool(self.difference <= self.tolerance)
 
     def __repr__(self) -> str:
@@ -77,7 +77,7 @@ class Check(Displayed):
 
     @property
     def agrees(self) -> bool:
-        """Whether every row agrees."""
+        """Return whether every row agrees."""
         return all(row.agrees for row in self.rows)
 
     def row(self, name: str) -> CheckRow:

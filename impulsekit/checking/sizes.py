@@ -1,4 +1,4 @@
-"""What rounding may do, and how large each quantity of an impact is."""
+"""Bounds of rounding, and the size of each quantity of an impact."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def reach_of(tree: Tree, at: Kinematics) -> float:
-    """How far a body extends from the root of its tree [m]; never 0."""
+    """The reach of a body from the root of its tree [m]; never 0."""
     origins, centres = at.origins.astype(float), at.mass_centres.astype(float)
     roots: list[int] = []
     reach = 0.0
@@ -41,7 +41,7 @@ SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """How far an impact amplifies rounding. n speeds, r rows; all in doubles.
+    """The amplification of rounding in an impact. n speeds, r rows; all in doubles.
 
     Attributes:
         masses: (n, n) a_lp.
@@ -67,7 +67,7 @@ class Conditions:
 
     @property
     def tolerance(self) -> float:
-        """What differences may be; see :func:`impulsekit.check`."""
+        """The allowed differences; see :func:`impulsekit.check`."""
         amplified = self.of_masses
         if len(self.rows):
             amplified = self.of_masses * self.of_rows**0.5 + self.of_rows

@@ -72,7 +72,7 @@ def batch(
 
 
 def _how_to_go_on(folder: str) -> str:
-    """What a run that was stopped has left, and the command that goes on with it."""
+    """Words on the rows of a run that was stopped, and the command that goes on with it."""
     import shlex
     import sys
 

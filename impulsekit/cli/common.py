@@ -1,4 +1,4 @@
-"""What commands share: exit statuses, threads, progress on stderr, files to write."""
+"""Shared by commands: exit statuses, threads, progress on stderr, files to write."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def one_thread_each() -> None:
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Whether somebody reads it; a stream that the caller has closed is None."""
+    """Return whether a stream is a terminal; one that the caller has closed is None."""
     return stream is not None and stream.isatty()
 
 

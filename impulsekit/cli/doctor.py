@@ -78,7 +78,7 @@ def doctor(ctx: click.Context) -> None:
 
 
 def requirements() -> list[Requirement]:
-    """What the installed impulsekit asks for, the core first, each package once a part.
+    """The requirements of the installed impulsekit, the core first, each package once a part.
 
     None where it is not installed, only found on the path.
     """
@@ -101,7 +101,7 @@ def requirements() -> list[Requirement]:
 
 
 def within(version: str, bounds: str) -> bool:
-    """Whether a version keeps bounds such as "<5,>=4.1"; other signs are not looked at.
+    """Return whether a version keeps bounds such as "<5,>=4.1"; other signs are ignored.
 
     Example:
         >>> within("4.10.1", "<5,>=4.1"), within("5.0", "<5,>=4.1")

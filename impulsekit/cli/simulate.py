@@ -72,7 +72,7 @@ def write_page(
 
 
 def _motion(file: str) -> tuple[Any, Sequence[ReportPoint]]:
-    """What a file holds, and the points that its scene reports."""
+    """The motion in a file, and the points that its scene reports."""
     if os.path.isfile(file) and zipfile.is_zipfile(file):
         from ..motion import Trajectory
 

@@ -136,7 +136,7 @@ class PowerCurve:
         return (n * energy / self.stiffness) ** (1.0 / n)
 
     def time(self, indentation: float, mass: float, speed: float) -> float:
-        """When a mass that came at a speed has reached an indentation on its way in [s].
+        """The time in which a mass that came at a speed reaches an indentation on its way in [s].
 
         δ_max/((n + 1) c) B(x; 1/(n + 1), ½) with x = (δ/δ_max)^(n + 1).
         """
@@ -259,7 +259,7 @@ class MeasuredCurve:
         return self.energy(self.indentation[-1])
 
     def time(self, indentation: float, mass: float, speed: float) -> float:
-        """When a mass that came at a speed has reached an indentation on its way in [s].
+        """The time in which a mass that came at a speed reaches an indentation on its way in [s].
 
         On each piece of slope s the motion is that of a spring: closed form.
         """

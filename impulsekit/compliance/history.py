@@ -63,12 +63,12 @@ class ForceHistory(OneLine):
 
     @property
     def duration(self) -> float:
-        """How long the contact lasts [s]."""
+        """The duration of the contact [s]."""
         return self._way.duration
 
     @property
     def compression(self) -> float:
-        """How long the compression lasts [s]."""
+        """The duration of the compression [s]."""
         return self._way.compression
 
     @property
@@ -98,7 +98,7 @@ class ForceHistory(OneLine):
 
     @property
     def lost(self) -> float:
-        """What of ``stored`` is not regained [J]."""
+        """The part of ``stored`` that is not regained [J]."""
         return self.stored - self._way.phases.regained
 
     @property
@@ -310,7 +310,7 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
 
 
 def _is_valid(impact: Impact) -> bool:
-    """Whether the answer is valid and, as far as is known, the only one."""
+    """Return whether the answer is valid and, as far as is known, the only one."""
     return impact.status.valid and not impact.uniqueness.several
 
 

@@ -159,7 +159,7 @@ def transient_contact(
     area: float | None = None,
     limits: Mapping[str, BodyRegion] = ISO_TS_15066,
 ) -> TransientContact:
-    """What a region of a person's body bears when a moving robot strikes it and recoils.
+    """The load on a region of a person's body that a moving robot strikes and recoils from.
 
     Args:
         robot: the robot, or a scene whose constraints and controlled joints hold.

@@ -137,12 +137,12 @@ class Elastic:
 
     @cached_property
     def compression(self) -> float:
-        """How long the compression lasts [s]."""
+        """The duration of the compression [s]."""
         return self.curve.time(self.deepest, self.phases.mass_in, self.phases.approach)
 
     @cached_property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """The duration of the contact [s]."""
         return self.compression + self._restitution_to(0.0)
 
     def _restitution_to(self, elastic: float) -> float:
@@ -342,12 +342,12 @@ class Viscous:
 
     @cached_property
     def compression(self) -> float:
-        """How long the compression lasts [s]."""
+        """The duration of the compression [s]."""
         return self._time_near_end(0.0, True)
 
     @cached_property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """The duration of the contact [s]."""
         return self.compression + self._time_near_end(0.0, False)
 
     def _time_near_end(self, rate: float, inwards: bool) -> float:

@@ -1,4 +1,4 @@
-"""Where best to strike: what a robot is like to a blow, before any blow falls.
+"""The response of a robot to a blow, before any blow falls: where best to strike.
 
 response ─┬► ellipsoid     effective mass of a point, by direction
           ├► least_blow    the least impulse that does what is wanted

@@ -303,7 +303,7 @@ class _Problem:
         )
 
     def _other_start(self, x: np.ndarray) -> np.ndarray | None:
-        """Where no measurement sees a friction, that of a ladder which fits better, if one does."""
+        """A start with the best friction of a ladder, for one that no measurement sees; or None."""
         jacobian = self._both(x)[1]
         better = x.copy()
         for i, parameter in enumerate(self._parameters):

@@ -90,7 +90,7 @@ def bounds_reached(
 
 
 def is_misfit(residual: np.ndarray, freedom: int) -> bool:
-    """Whether residuals over sigma are larger than noise of that sigma leaves (χ² test)."""
+    """Return whether residuals over sigma are larger than noise of that sigma leaves (χ² test)."""
     from scipy import stats
 
     return freedom > 0 and bool(stats.chi2.sf(float(residual @ residual), freedom) < MISFIT)

@@ -24,7 +24,7 @@ NOTHING = 1e-10
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactInvariant(OneLine):
-    """What impacts at the contacts of a scene cannot change, whenever and however hard they come.
+    """Velocities that impacts at the contacts of a scene cannot change, whenever they come.
 
     An impulse Λ at the contacts moves v by M⁻¹JᵀΛ. Rows N with N M⁻¹Jᵀ = 0 see the same velocity
     before, within and after the impact, so that feedback on N v needs no knowledge of its time

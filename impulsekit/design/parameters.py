@@ -94,7 +94,7 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """How results call it."""
+        """Its name in results."""
         names = {"inertia": INERTIA_PARAMETERS, "force": FORCE_PARAMETERS}.get(self.kind)
         what = names[self.index] if names else self.kind
         where = f" at {self.speeds[self.index]:g} m/s" if self.speeds else ""
@@ -240,7 +240,7 @@ def _speeds(values: Sequence[Any]) -> tuple[float, ...]:
 
 
 def _tied(given: str | Sequence[str], contacts: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
-    """What a shared coefficient is called, and the contacts that share it."""
+    """The name of a shared coefficient, and the contacts that share it."""
     if not isinstance(given, str):
         names = tuple(str(name) for name in given)
         entry = ", ".join(names)

@@ -1,4 +1,4 @@
-"""What unit blows do to a scene's robot at one configuration: effective mass, and its ellipsoid."""
+"""The response of a scene's robot to unit blows: effective mass, and its ellipsoid."""
 
 from __future__ import annotations
 

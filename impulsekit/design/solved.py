@@ -32,7 +32,7 @@ NO_SLOPE = 1e-8
 
 
 def is_batch(measurements: Sequence[Measurement]) -> bool:
-    """Whether so many impacts share a scene that batches are faster than one by one."""
+    """Return whether so many impacts share a scene that batches are faster than one by one."""
     fewest = FEWEST_WITH_POINTS if any(m.points for m in measurements) else FEWEST_FOR_BATCH
     return len(measurements) >= fewest * len({id(m.scene) for m in measurements})
 
@@ -168,7 +168,7 @@ HELD_TOUCHING = 1.0
 
 
 def has_functions(scene: Scene) -> bool:
-    """Whether rows of a scene are functions of q, whose second derivatives nobody gives."""
+    """Return whether rows of a scene are functions of q, without second derivatives."""
     entries = (*scene.contacts, *scene.constraints)
     return any(isinstance(entry, GapContact | GapConstraint) for entry in entries)
 
@@ -243,7 +243,7 @@ class SolvedImpacts:
         return self._of(x)[0]
 
     def slopes(self, x: np.ndarray) -> dict[int, _Slopes]:
-        """Of measurements with a covariance: ∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv)."""
+        """∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv), of measurements with a covariance."""
         slopes = self._of(x)[1] if self._batched is None else {}
         scenes: dict[Any, Scene] = {}
         for i, m in enumerate(self._measurements):

@@ -1,4 +1,4 @@
-"""What a joint bears of a blow, and where to strike to spare it.
+"""The reaction of a joint to a blow, and where to strike to spare it.
 
 The wrench that a joint carries is linear in the blow: R = B(c) n for a unit blow n at a
 point c, and B is affine in c along a line. So the sparing point and the worst direction

@@ -1,4 +1,4 @@
-"""How results show themselves: one line or tables of plain text, tables in a notebook."""
+"""The display of results: one line or tables of plain text, tables in a notebook."""
 
 from .notebook import Displayed, show_with
 from .one_line import OneLine, one_line

@@ -1,4 +1,4 @@
-"""What a notebook shows of a result: the rooms that know how are named by the package's face."""
+"""The display of results in a notebook, by rooms that the package's face names."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
     def is_number_column(self, index: int) -> bool:
-        """Whether a column holds numbers alone."""
+        """Return whether a column holds numbers alone."""
         return all(_is_number(row[index]) for row in self.rows)
 
 

@@ -388,7 +388,7 @@ class MissingExtraError(ImpulsekitError, ImportError):
     @classmethod
     @contextmanager
     def unless(cls, package: str, extra: str, purpose: str) -> Iterator[None]:
-        """What is imported within is there, or this error is raised; as ``of``."""
+        """Raise this error if a package imported within is missing; as ``of``."""
         try:
             yield
         except ImportError:

@@ -36,7 +36,7 @@ SURE = 3.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(OneLine):
-    """How recordings differ from the world of a scene, each with its standard deviation.
+    """Differences of recordings from the world of a scene, each with its standard deviation.
 
     Attributes:
         length_scale: recorded lengths over true ones, if times are right: free fall in the
@@ -351,7 +351,7 @@ def _flights(
 def _lag(
     several: list[Recording], flights: list[tuple], acceleration: np.ndarray
 ) -> tuple[float, float] | None:
-    """How late recorded velocities of the mass centre are, and its deviation [s]."""
+    """The lag of recorded velocities of the mass centre, and its deviation [s]."""
     by_recording: dict[int, list[float]] = {}
     for number, t, centres, _, own in flights:
         recording = several[number]

@@ -1,4 +1,4 @@
-"""Which contacts closed at an impact: the fewest that are near and explain the jump."""
+"""Contacts that closed at an impact: the fewest that are near and explain the jump."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class ClosingContacts:
         return rows, axes
 
     def _nearest_points(self, touches: Iterable[Touch]) -> list[Touch]:
-        """Of bodies that collide, the points that are nearest, however far: noise parts them."""
+        """The nearest points of bodies that collide, however far apart: noise parts them."""
         least: dict[int, float] = {}
         for touch in touches:
             if touch.entry in self._margins and touch.gap is not None:

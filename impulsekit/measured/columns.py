@@ -235,7 +235,7 @@ class _Reader:
             v[:, in_v], seen_v[in_v] = own * self._unit(joint), True
 
     def _unit(self, joint: Any) -> float:
-        """What a joint's numbers are multiplied with: angles or lengths."""
+        """The factor of a joint's numbers: that of angles or of lengths."""
         if joint.nv != 1:
             return 1.0
         slides = "P" in joint.shortname().removeprefix("JointModel")[:1]

@@ -119,7 +119,7 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
 
 
 def _speeds(measurements: Sequence[Measurement]) -> tuple[float, ...]:
-    """Where e by speed is fitted: percentiles of the approach speeds, rounded to two digits."""
+    """Speeds at which e is fitted: percentiles of the approach speeds, rounded to two digits."""
     from ..design.parameters import scene_of
     from ..impact.solver import solve_without_warnings
 
@@ -152,7 +152,7 @@ NOT_TOLD_APART = 0.05
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LawComparison(Displayed):
-    """How well laws predict impacts that took no part in their fits; arrays are read-only.
+    """Predictions of laws for impacts that took no part in their fits; arrays are read-only.
 
     Sizes of velocities are in the metric of the kinetic energy, |v| = √(vᵀ M v), so that metres
     and radians go together.

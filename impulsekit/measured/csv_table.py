@@ -27,7 +27,7 @@ _OTHER_NAMES = (
 
 
 def hint_for_table(first: str) -> str | None:
-    """What to do with a table that begins with this line; None if it looks like no export.
+    """Advice for a table that begins with this line; None if it looks like no export.
 
     Example:
         >>> hint_for_table("Format Version,1.23,Take Name,walk")[:35]
@@ -44,7 +44,7 @@ def hint_for_table(first: str) -> str | None:
 
 
 def hint_for_name(name: str) -> str | None:
-    """What a column may be called instead, if its name is one that others have.
+    """The name that a column may be given, if its own is one that others have.
 
     Example:
         >>> hint_for_name("qw")

@@ -236,7 +236,7 @@ def _meetings(
     sigma: np.ndarray,
     known: dict[tuple[bytes, bytes], Any],
 ) -> list[Any]:
-    """Where each flight meets the next; None where they are too far apart, or short and smooth.
+    """The meeting of each flight with the next; None if too far apart, or short and smooth.
 
     ``known``: what was found for two flights, by their samples.
     """
@@ -279,7 +279,7 @@ def _cut_at(flights: list[np.ndarray], meetings: list[Any]) -> list[np.ndarray]:
 
 
 def _fly(kink: Kink) -> bool:
-    """Whether both sides are flights: bodies that roll or slide fall otherwise."""
+    """Return whether both sides are flights: bodies that roll or slide fall otherwise."""
     from scipy import stats
 
     return all(

@@ -115,7 +115,7 @@ class FoundImpact(OneLine):
     samples: tuple[int, int]
 
     def margins(self) -> tuple[float, ...]:
-        """Of each contact, the gap that noise leaves to what touches, rounded up [m]."""
+        """The gap of each contact that noise leaves to what touches, rounded up [m]."""
         return tuple(_margin(float(gap)) for gap in self.gaps)
 
     def measurement(self, scene: Scene) -> Measurement:
@@ -173,7 +173,7 @@ def only_contacts(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FoundImpacts(OneLine):
-    """What was found in one or more recordings.
+    """Impacts found in one or more recordings.
 
     Attributes:
         impacts: those with a flight on both sides, by recording and time.

@@ -1,4 +1,4 @@
-"""What free fall tells: the scale of lengths, the vertical, where the tracked point is."""
+"""Free fall: the scale of lengths, the vertical, the tracked point of a body."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def free_bodies(robot: Robot) -> list[int]:
 
 
 def has_one_free_body(robot: Robot) -> bool:
-    """Whether the root is a free-flyer, and the only one."""
+    """Return whether the root is a free-flyer, and the only one."""
     free = free_joints(robot.model)
     return len(free) == 1 and free[0].idx_q == 0
 
@@ -136,7 +136,7 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
 
 
 def length_unit(recordings: list[Recording], gravity: np.ndarray) -> str | None:
-    """What to say if free fall in the recordings is that of lengths in mm or cm, else None."""
+    """The error's words if free fall in the recordings is that of mm or cm, else None."""
     scale = _scale_of_windows(recordings, gravity)
     if scale is None:
         return None
@@ -164,7 +164,7 @@ def _scale_of_windows(recordings: list[Recording], gravity: np.ndarray) -> float
 
 
 def _other_way(recordings: list[Recording], gravity: np.ndarray) -> str:
-    """What to say if bodies fall along another axis of the recordings than the scene's gravity."""
+    """The error's words if bodies fall along another axis than the scene's gravity, else None."""
     size = float(np.linalg.norm(gravity))
     for sign in (-1.0, 1.0):
         for axis, name in enumerate("xyz"):

@@ -27,7 +27,7 @@ MOST_NOTES = 8
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(OneLine):
-    """What recordings tell about a scene.
+    """Everything that recordings determine of a scene.
 
     Attributes:
         recordings: as they were used: calibrated.
@@ -292,7 +292,7 @@ def identify(
 
 
 def _shared(names: tuple[str, ...], known: Sequence[str]) -> str | tuple[str, ...]:
-    """What one coefficient of all these is called: a pattern where one fits."""
+    """The name of one coefficient shared by all these: a pattern where one fits."""
     if len(names) == 1:
         return names[0]
     first, last = min(names), max(names)

@@ -157,7 +157,7 @@ class SmoothFit:
 
 
 def are_smooth(rollouts: Rollouts, scene: Scene, which: Sequence[int]) -> bool:
-    """Whether motions from the first states come to their ends without an impact."""
+    """Return whether motions from the first states come to their ends without an impact."""
     for own in (which[:FIRST], which[FIRST:]):
         for row in rollouts.rows(scene, own, impacts=True):
             if row is None or row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
@@ -281,7 +281,7 @@ class _Linear:
             self._rights.append(free.T @ left)
 
     def blind(self, box: np.ndarray) -> bool:
-        """Whether an unknown changes residuals by less than a deviation from end to end."""
+        """Return whether an unknown changes residuals by less than a deviation from end to end."""
         return bool((np.diagonal(sum(self._normals)) * (box[1] - box[0]) ** 2 < 1.0).any())
 
     def step(self) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:

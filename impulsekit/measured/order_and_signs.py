@@ -79,7 +79,7 @@ def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: s
 
 
 def quaternions_of(robot: Robot) -> list[int]:
-    """Where in q the quaternions of free and ball joints begin."""
+    """Places in q at which the quaternions of free and ball joints begin."""
     kinds = {"JointModelFreeFlyer": 3, "JointModelSpherical": 0}
     return [
         int(joint.idx_q) + kinds[joint.shortname()]
@@ -134,7 +134,7 @@ def _reordered(recording: Recording, starts: Sequence[int], order: tuple[int, ..
 
 
 def _explained(first: Sequence[FoundImpact], second: Sequence[FoundImpact]) -> tuple[int, int]:
-    """How many impacts that both readings find are explained better by each."""
+    """The number of impacts found by both readings that each explains better."""
     better = [0, 0]
     for one in first:
         same = [
@@ -246,7 +246,7 @@ class MirroredAxes(OneLine):
 
 
 def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
-    """Which components of velocities are recorded with the other sign.
+    """Find the components of velocities that are recorded with the other sign.
 
     An impact changes momentum by impulses at its contacts alone, M (v⁺ − v⁻) = Jᵀ P: I Δω =
     r × m Δv of a lone body. All signs of the components are tried, those that leave least

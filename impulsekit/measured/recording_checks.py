@@ -126,7 +126,7 @@ LENGTHS = {1e-3: 'length="mm"', 1e-2: 'length="cm"'}
 def check_joint_limits(
     robot: Robot, q: np.ndarray, angles: Mapping[str, np.ndarray], where: str
 ) -> list[str]:
-    """What to note of joints that leave their limits.
+    """Return notes on joints that leave their limits.
 
     Args:
         q: (T, nq). angles: (T,) by joint, of those without limits, as read [rad].
@@ -261,7 +261,7 @@ def _reason(rate: np.ndarray, mean: np.ndarray, limit: float) -> str | None:
 def _turned(
     quaternions: np.ndarray, rate: np.ndarray, mean: np.ndarray, limit: float
 ) -> str | None:
-    """Whether the axes are taken for others, or the order of the quaternion."""
+    """Return a reason if axes, or the order of the quaternion, are taken for others."""
     axes = turns_of(quaternions)
     in_world = np.einsum("tij,tj->ti", axes, mean)
     to_body = np.einsum("tji,tj->ti", axes, mean)
@@ -275,7 +275,7 @@ def _turned(
 def _reordered(
     t: np.ndarray, quaternions: np.ndarray, mean: np.ndarray, limit: float
 ) -> str | None:
-    """Whether the rate of the quaternions is that of ``mean`` once they are read otherwise."""
+    """Return a reason if quaternions read in another order have the rate ``mean``."""
     for order in ([1, 2, 3, 0], [3, 0, 1, 2]):
         turns = turns_of(quaternions[:, order])
         rates = np.array(

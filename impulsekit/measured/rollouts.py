@@ -112,7 +112,7 @@ class Rollouts:
         starts: Sequence[Start] | None = None,
         impacts: bool = False,
     ) -> list[Any]:
-        """What ``followed_row`` gives for each of some recordings.
+        """The motions of some recordings, as ``followed_row`` gives them.
 
         Args:
             starts: in place of the first states of these recordings.

@@ -1,4 +1,4 @@
-"""Where in a recording the robot flies, which samples stand apart, and where two flights meet."""
+"""Flights of a robot in a recording, outliers, and the meeting of two flights."""
 
 from __future__ import annotations
 
@@ -266,7 +266,7 @@ MOST_ROUNDS = 8
 
 @dataclass(frozen=True, eq=False)
 class Kink:
-    """Where two flights meet.
+    """The meeting of two flights.
 
     Attributes:
         time: [s]. time_sigma: its standard deviation.
@@ -297,7 +297,7 @@ def meeting_of(
     sides: tuple[np.ndarray, np.ndarray],
     sigma: np.ndarray,
 ) -> tuple[Kink, tuple[np.ndarray, np.ndarray]] | None:
-    """Where the flights through two runs of samples meet; and the samples of each side.
+    """The meeting of the flights through two runs of samples; and the samples of each side.
 
     Samples next to the impact go to the side on which the time found puts them. None if no
     two samples stay on one of the sides.
@@ -408,7 +408,7 @@ def _misfit(fit: FlightFit, sigma: np.ndarray) -> tuple[float, int]:
 def is_smooth(
     flight: Flight, t: np.ndarray, q: np.ndarray, own: np.ndarray, sigma: np.ndarray, cost: float
 ) -> bool:
-    """Whether constant accelerations, of any size, explain samples as well as a kink does.
+    """Return whether constant accelerations, of any size, explain samples as well as a kink.
 
     A body that slides or rolls is no flight; cut into short pieces of flight it seems to bounce.
 

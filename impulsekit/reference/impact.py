@@ -1,4 +1,4 @@
-"""What an impact changes, and what the joints carry of it."""
+"""The change of motion in an impact, and what the joints carry of it."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _is_followed(tree: Tree, body: int) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class KaneImpact:
-    """How an impact changes the motion. N bodies, n speeds, r rows; arrays are read-only.
+    """The change of motion in an impact. N bodies, n speeds, r rows; arrays are read-only.
 
     Attributes:
         dy, y_before, y_after: (n,) generalized speeds.

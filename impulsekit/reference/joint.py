@@ -125,12 +125,12 @@ class Joint:
 
     @property
     def speeds(self) -> slice:
-        """Where in y its speeds are."""
+        """The places of its speeds in y."""
         return slice(self.first_speed, self.first_speed + len(self.linear))
 
     @property
     def coordinates(self) -> slice:
-        """Where in q its coordinates are."""
+        """The places of its coordinates in q."""
         length = len(COORDINATES[self.coordinate_kind])
         return slice(self.first_coordinate, self.first_coordinate + length)
 

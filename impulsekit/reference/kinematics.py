@@ -27,7 +27,7 @@ from impulsekit.reference.tree import WORLD, Tree
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Where the bodies are and how each speed moves them. N bodies, n speeds, world axes.
+    """Poses of the bodies and their partial velocities. N bodies, n speeds, world axes.
 
     Attributes:
         rotations: (N, 3, 3) of the link frames.

@@ -1,4 +1,4 @@
-"""What acts on the bodies, as plain data: wrenches at points of links, springs."""
+"""Loads on the bodies, as plain data: wrenches at points of links, springs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from impulsekit.reference.tree import WORLD, Tree
 
 
 def in_joints(tree: Tree, given: Mapping[str, Any] | None) -> dict[str, Array]:
-    """What acts inside each joint along its own speeds, by name: zeros unless given.
+    """Forces inside each joint along its own speeds, by name: zeros unless given.
 
     A joint that mimics another may have an impulse or torque of its own as well.
     """
@@ -34,7 +34,7 @@ def in_joints(tree: Tree, given: Mapping[str, Any] | None) -> dict[str, Array]:
 
 
 def on_speeds(tree: Tree, own: Mapping[str, Array]) -> Array:
-    """What acts inside joints, on the generalized speeds: (n,)."""
+    """Forces inside joints, on the generalized speeds: (n,)."""
     total = tree.arithmetic.zeros(tree.n)
     for body in tree.bodies:
         total[body.joint.speeds] += body.joint.multiplier * own[body.joint.name]

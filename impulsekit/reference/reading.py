@@ -34,7 +34,7 @@ def bodies_of_urdf(
 
 
 def _refuse_weightless_branches(bodies: Sequence[Body], source: str) -> None:
-    """What cannot move: a joint that carries links without mass alone."""
+    """Refuse a joint that carries links without mass alone: it cannot move."""
     heavy = [body.mass != 0 or body.inertia.any() for body in bodies]
     # Children come after their parents.
     for index in reversed(range(len(bodies))):

@@ -234,7 +234,7 @@ class KaneSystem(Tree):
         return rows
 
     def in_joints(self, given: Mapping[str, Any] | None) -> dict[str, Array]:
-        """What acts inside each joint along its own speeds, by name: zeros unless given.
+        """Forces inside each joint along its own speeds, by name: zeros unless given.
 
         A joint that mimics another may have an impulse or torque of its own as well.
         """

@@ -45,7 +45,7 @@ Number: TypeAlias = int | float | Fraction | Decimal | str
 
 @dataclass(frozen=True, slots=True)
 class StruckChain:
-    """What a blow on the end of a chain does, every number an exact fraction.
+    """The response of a chain to a blow on its end, every number an exact fraction.
 
     Links and points count from the struck end: ``link_rates[0]`` and
     ``centre_velocities[0]`` belong to the struck link, which :func:`impulsekit.models.chain_urdf`

@@ -1,4 +1,4 @@
-"""What a robot is made of: its model, its sources, its joints, links and frames by name."""
+"""A robot's model and sources, and its joints, links and frames by name."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class RobotBase(Displayed):
 
     @cached_property
     def kept_loaders(self) -> list[Any]:
-        """What has read the meshes of ``visual_model``."""
+        """coal's readers of the meshes of ``visual_model``."""
         return []
 
     @cached_property
@@ -139,7 +139,7 @@ class RobotBase(Displayed):
             raise UnknownNameError.among("joint", str(name), self.joint_names, where) from None
 
     def has_fixed_joint(self, name: str) -> bool:
-        """Whether a joint of this name holds two links together without any motion."""
+        """Return whether a joint of this name holds two links together without any motion."""
         frame_id = self._frame_ids.get(name, 0)
         return frame_id > 0 and self.model.frames[frame_id].type == pin.FrameType.FIXED_JOINT
 

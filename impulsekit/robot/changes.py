@@ -46,7 +46,7 @@ def _reduced(model: pin.Model, joints: list[int], q: np.ndarray) -> pin.Model:
 
 
 def _key(frame: pin.Frame) -> tuple[str, bool]:
-    """What tells frames of one name apart: a link and the joint above it may share theirs."""
+    """Name and kind of a frame: a link and the joint above it may share a name."""
     return frame.name, frame.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
 
 
@@ -174,7 +174,7 @@ def _moments(inertia: Any) -> tuple[float, ...]:
 
 
 class RobotBuilding(RobotStates):
-    """What is built on a robot; none of it changes the robot itself."""
+    """Robots with something built on; none of it changes the robot itself."""
 
     def with_body(
         self,

@@ -105,7 +105,7 @@ def geometry_of(robot: RobotBase, kind: pin.GeometryType) -> pin.GeometryModel:
 def _kept_loader(
     robot: RobotBase, kind: pin.GeometryType, shapes: Mapping[str, Sequence[str]]
 ) -> dict[str, Any]:
-    """What reads the meshes of a part: those that are drawn are read once for all robots.
+    """The reader of a part's meshes: those that are drawn are read once for all robots.
 
     Of collisions each robot has its own, to which hulls are added.
     """
@@ -192,7 +192,7 @@ def _corners(item: pin.GeometryObject) -> np.ndarray | None:
 
 
 def shape_content(item: pin.GeometryObject) -> Iterator[bytes]:
-    """What a shape is, as bytes: its kind, its numbers, and of a mesh all corners and faces.
+    """Yield a shape as bytes: its kind, its numbers, and of a mesh all corners and faces.
 
     What coal works out on the way, such as bounding boxes and hulls, is left out: two objects of
     one shape have one content whatever was asked of them before.
@@ -235,7 +235,7 @@ def _check_solid(item: pin.GeometryObject, where: str) -> None:
 
 
 def folders_of_file(path: str | None) -> list[str]:
-    """Where the meshes of a robot file may be: its own folder, and that of its package.
+    """Folders of the meshes of a robot file: its own, and that of its package.
 
     A ROS package holds package.xml, a model of Gazebo model.config; "package://NAME/..." is
     looked up beside the package that the file is in.
@@ -252,7 +252,7 @@ def folders_of_file(path: str | None) -> list[str]:
 
 
 def mesh_folders(part: RobotPart) -> list[str]:
-    """Where the meshes of a part may be: its file's, ``package_dirs``, ROS packages."""
+    """Folders of the meshes of a part: its file's, ``package_dirs``, ROS packages."""
     folders = folders_of_file(part.path)
     ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     return list(dict.fromkeys([*folders, *part.package_dirs, *filter(os.path.isabs, ros)]))

@@ -81,7 +81,7 @@ class Massless:
 
 
 def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
-    """Of each independent motion without inertia, its joint and link; empty where M is regular."""
+    """Joint and link of each independent motion without inertia; empty where M is regular."""
     if model.nv == 0 or is_always_regular(model):
         return ()
     check_capacity(model)
@@ -168,7 +168,7 @@ def _told(model: pin.Model, q: np.ndarray, null: np.ndarray, dof: int) -> Massle
 
 
 def is_always_regular(model: pin.Model) -> bool:
-    """Whether every joint moves inertia of its own, so that M is regular everywhere.
+    """Return whether every joint moves inertia of its own, so that M is regular everywhere.
 
     A pivot of M is Sᵀ Yᴬ S with the articulated inertia Yᴬ, which is never below the
     body's own inertia Y, with the armature beside it. Joints whose S depends on q are taken

@@ -69,7 +69,7 @@ _ON_AXIS = 4 * np.finfo(float).eps
 
 
 class MjcfRobot:
-    """What is built from a ``mujoco.MjModel``.
+    """A robot built from a ``mujoco.MjModel``.
 
     Attributes:
         model: the ``pin.Model``. Its q is MuJoCo's qpos with quaternions as x, y, z, w;

@@ -1,4 +1,4 @@
-"""Where frames are, how fast they move, and how a part is put in place."""
+"""Placements and velocities of frames, and ``place``, which puts a part in place."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AnyRobot = TypeVar("AnyRobot", bound=RobotBase)
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where a frame is in the world.
+    """The placement of a frame in the world.
 
     Attributes:
         matrix: (4, 4) homogeneous: ``matrix @ [x, y, z, 1]`` takes the frame's coordinates to
@@ -53,7 +53,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class FrameVelocity:
-    """How fast a frame moves, world axes.
+    """The velocity of a frame, world axes.
 
     Attributes:
         linear: (3,) velocity of the point that was asked for [m/s], read-only.
@@ -123,7 +123,7 @@ class Posture(Generic[AnyRobot]):
         return self._at(item.parentJoint)[0] * item.placement
 
     def placement(self, frame: str) -> Placement:
-        """Where a frame is."""
+        """The placement of a frame."""
         matrix = self.frame(frame).homogeneous
         matrix.setflags(write=False)
         return Placement(matrix)
@@ -144,7 +144,7 @@ class Posture(Generic[AnyRobot]):
         return place.rotation @ motion.linear + turning
 
     def velocity(self, frame: str, point: np.ndarray) -> FrameVelocity:
-        """How fast a frame moves, and its point that is at ``point`` (3,) of the world."""
+        """The velocity of a frame, and of its point that is at ``point`` (3,) of the world."""
         joint_id = self.joint_of(frame)
         linear, angular = self.velocity_at(joint_id, point), self.angular_velocity(joint_id)
         lock(linear, angular)

@@ -89,7 +89,7 @@ def files_of_description(name: str) -> tuple[str | None, str, list[str]]:
 
 
 class RobotReaders(RobotBase):
-    """How a robot is read."""
+    """Constructors that read a robot."""
 
     @classmethod
     def from_urdf(

@@ -37,7 +37,7 @@ class Robot(RobotReaders, RobotBuilding):
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """What was assumed where the robot's file leaves something open, one sentence each."""
+        """Sentences on all that was assumed where the robot's file leaves something open."""
         return tuple(sentence for part in self.parts for sentence in part.assumptions)
 
     @property

@@ -96,7 +96,7 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SdfModel:
-    """What is read from an SDF.
+    """A model read from an SDF.
 
     Attributes:
         urdf: the model as URDF text.

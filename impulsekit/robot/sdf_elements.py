@@ -91,7 +91,7 @@ class SdfElements:
         return self._pose_of_link(child, seen) * own
 
     def _pose_of_link(self, name: str, seen: tuple[str, ...]) -> pin.SE3:
-        """Where a link is in the model's frame."""
+        """The pose of a link in the model's frame."""
         pose = self.links[name].find("pose")
         if name in seen:
             raise self.error(f'link "{shown(name)}"', "its pose is relative to itself")

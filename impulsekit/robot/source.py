@@ -1,4 +1,4 @@
-"""Where a robot came from, what was added to it, and the loops that its file closes."""
+"""The sources of a robot, the parts added to it, and the loops that its file closes."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class Changes:
-    """What was added to a part of a robot after it was read, names without its prefix.
+    """Changes made to a part of a robot after it was read, names without its prefix.
 
     Attributes:
         text: the URDF as it was read; None where nothing was changed.

@@ -60,7 +60,7 @@ class RobotStates(RobotBase):
         return state.velocity(self.model, {**(by_name or {}), **joints})
 
     def placement(self, q: ArrayLike, frame: str) -> Placement:
-        """Where a frame is at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
+        """The placement of a frame at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
 
         In the world; ``point(at)`` of it is where a point of the frame is.
 
@@ -80,7 +80,7 @@ class RobotStates(RobotBase):
     def velocity_of(
         self, q: ArrayLike, v: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
     ) -> FrameVelocity:
-        """How fast a frame moves at q with v, world axes.
+        """The velocity of a frame at q with v, world axes.
 
         Args:
             q: (nq,) configuration. v: (nv,) velocity.

@@ -248,7 +248,7 @@ class UrdfText:
 
     @property
     def plain(self) -> str:
-        """What Pinocchio gets to read: links and joints, without geometry."""
+        """The text that Pinocchio reads: links and joints, without geometry."""
 
         return plain_urdf(self.name, self.inertials, self.joints)
 
@@ -359,7 +359,7 @@ def _check_outermost(robot: ElementTree.Element, source: str) -> None:
 
 
 def _in_words(reason: str) -> str:
-    """What the parser says, for somebody who has not written a parser."""
+    """The parser's message, for somebody who has not written a parser."""
     what, _, where = reason.rpartition(": ")
     words = {
         "not well-formed (invalid token)": "a character that cannot stand there (a plain & is "

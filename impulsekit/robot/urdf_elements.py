@@ -30,7 +30,7 @@ _RESERVED = "universe"
 
 @dataclass(frozen=True)
 class LinkInertial:
-    """What a URDF says of a link.
+    """The inertia of a link in a URDF.
 
     Attributes:
         mass: [kg]
@@ -47,7 +47,7 @@ class LinkInertial:
 
 @dataclass(frozen=True)
 class JointLimit:
-    """How far a joint goes [rad, m], how strong and how fast it is."""
+    """Range [rad, m], effort and velocity limit of a joint."""
 
     lower: float
     upper: float
@@ -66,7 +66,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """What a URDF says of a joint.
+    """A joint of a URDF.
 
     Attributes:
         name, kind, parent, child: as they stand there.
@@ -317,7 +317,7 @@ def _check_one_root(links: Collection[str], joint_to: dict[str, UrdfJoint], sour
 
 
 def _depths(joint_to: dict[str, UrdfJoint], roots: Sequence[str]) -> dict[str, int]:
-    """How many joints lie between the root and each link that hangs on it."""
+    """The number of joints between the root and each link that hangs on it."""
     children: dict[str, list[str]] = {}
     for joint in joint_to.values():
         children.setdefault(joint.parent, []).append(joint.child)

@@ -37,7 +37,7 @@ def checked_name(name: str, source: str, element: str) -> str:
 
 
 def are_numbers(text: str) -> bool:
-    """Whether nothing but numbers stands in a text, with blanks between."""
+    """Return whether a text holds nothing but numbers, with blanks between."""
     words = text.split()
     return bool(words) and all(map(_NUMBER.fullmatch, words))
 

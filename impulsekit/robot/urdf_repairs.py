@@ -246,7 +246,7 @@ _STRINGS_AND_COMMENTS = re.compile(r"<!--.*?-->|\"[^\"]*\"|'[^']*'", re.DOTALL)
 
 
 def uses_xacro(text: str) -> bool:
-    """Whether the text holds macros or substitutions of xacro.
+    """Return whether the text holds macros or substitutions of xacro.
 
     A file that only declares the namespace, as expanded ones still do, holds none.
     """
@@ -260,7 +260,7 @@ def uses_xacro(text: str) -> bool:
 
 
 def is_expanded(text: str) -> bool:
-    """Whether xacro wrote the text itself.
+    """Return whether xacro wrote the text itself.
 
     What it did not know stands in it as it stood in the source, as an element.
     """

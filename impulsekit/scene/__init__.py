@@ -1,4 +1,4 @@
-"""What happens to a robot, as plain frozen data. Each kind of entry loads when first used."""
+"""Entries of a scene, as plain frozen data. Each kind loads when first used."""
 
 import lazy_loader as _lazy
 

@@ -1,4 +1,4 @@
-"""What entries of a scene act on, by name."""
+"""Names of the frames, joints and bodies that entries of a scene act on."""
 
 from __future__ import annotations
 

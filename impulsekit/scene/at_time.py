@@ -16,7 +16,7 @@ from .scene import Scene
 
 
 def is_driven(constraint: Any) -> bool:
-    """Whether a constraint prescribes something that changes with time."""
+    """Return whether a constraint prescribes something that changes with time."""
     return isinstance(constraint, Driven) or callable(getattr(constraint, "velocity", None))
 
 
@@ -54,7 +54,7 @@ def at_rest(entry: Constraint) -> Constraint:
 
 
 def velocity_at(velocity: Callable[[float], Any], name: str, t: float) -> Any:
-    """What a function gives for the velocity of a constraint: one number or several."""
+    """The velocity of a constraint by its function: one number or several."""
     what = f"{name}: velocity at t = {t:g}"
     size = np.size(call(velocity, what, t))
     return numbers_from(velocity, what, max(size, 1), t)

@@ -12,12 +12,12 @@ BY_MATERIAL = "material"
 
 
 def is_by_material(value: Any) -> bool:
-    """Whether a coefficient is left to the table of pairs."""
+    """Return whether a coefficient is left to the table of pairs."""
     return isinstance(value, str) and value == BY_MATERIAL
 
 
 def asks_for_materials(contact: Any) -> bool:
-    """Whether a contact leaves a coefficient to the table of pairs."""
+    """Return whether a contact leaves a coefficient to the table of pairs."""
     given = getattr(contact, "restitution", 0.0), getattr(contact, "friction", 0.0)
     return any(map(is_by_material, given))
 

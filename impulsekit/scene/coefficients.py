@@ -279,7 +279,7 @@ def checked_friction(value: Any, what: str) -> Any:
 
 
 def is_plain(friction: Any) -> bool:
-    """Whether friction is a number."""
+    """Return whether friction is a number."""
     return not (isinstance(friction, EllipticFriction) or callable(friction))
 
 

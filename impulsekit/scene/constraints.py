@@ -204,7 +204,7 @@ class JointCoupling(Acting):
 
 
 def velocity_keeping_lock(joint: str) -> JointLock:
-    """What stiff control does to a joint in an impact: its velocity stays what it was."""
+    """A lock that keeps the velocity of a joint, as stiff control does in an impact."""
     return JointLock(joint, velocity="kept", name=f"controlled {joint}")
 
 

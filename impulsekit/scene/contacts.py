@@ -228,12 +228,12 @@ class Collision(Acting):
 
 
 def adheres(entry: Any) -> bool:
-    """Whether a contact holds what it touches, in impacts or at rest."""
+    """Return whether a contact holds what it touches, in impacts or at rest."""
     return bool(getattr(entry, "adhesion", 0.0) or getattr(entry, "holding_force", 0.0))
 
 
 def turns(entry: Any) -> bool:
-    """Whether a contact resists rolling or spin."""
+    """Return whether a contact resists rolling or spin."""
     return bool(getattr(entry, "rolling", 0.0) or getattr(entry, "torsion", 0.0))
 
 

@@ -1,4 +1,4 @@
-"""What depends on the distance of two points alone: a rod that keeps it, a rope that bounds it."""
+"""Entries on the distance of two points alone: a rod that keeps it, a rope that bounds it."""
 
 from __future__ import annotations
 

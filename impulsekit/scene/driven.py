@@ -1,4 +1,4 @@
-"""What a scene drives in time: a joint along a given motion, velocities as functions of time."""
+"""Entries driven in time: a joint along a given motion, velocities as functions of time."""
 
 from __future__ import annotations
 

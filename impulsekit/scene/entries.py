@@ -1,4 +1,4 @@
-"""What ``Scene.constraints`` and ``Scene.contacts`` take, and the proof that it fits a robot."""
+"""Kinds of constraints and contacts of a scene, and the proof that they fit a robot."""
 
 from __future__ import annotations
 

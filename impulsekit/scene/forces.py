@@ -307,7 +307,7 @@ class AppliedForce:
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is the same at all times, in its own axes."""
+        """Return whether it is the same at all times, in its own axes."""
         return not callable(self.linear) and not callable(self.angular)
 
     def force_at(self, t: float, name: str | None = None) -> np.ndarray:

@@ -16,7 +16,7 @@ _PLAIN = frozenset((float, int, np.float64))
 
 
 def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
-    """What a user's function gives. Arrays among its arguments are read-only copies.
+    """The result of a user's function. Arrays among its arguments are read-only copies.
 
     Raises:
         CallbackError: the function raised an exception, which is the cause.

@@ -23,7 +23,7 @@ MOST_ROWS = 1000
 
 @dataclass(frozen=True)
 class GapConstraint(Acting):
-    """What functions of the configuration keep: g(q) = 0, or what it is at the start.
+    """Functions of the configuration that are kept: g(q) = 0, or g at its value at the start.
 
     A bead on a wire, a cam that drives its follower, a gear of varying ratio. The multipliers act
     along the generalized speeds, as motors in the joints would.

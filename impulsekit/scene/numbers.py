@@ -114,7 +114,7 @@ def each(value: Any) -> Any:
 
 
 def is_list(value: Any) -> bool:
-    """Whether there are several values; an array without an axis is a single one."""
+    """Return whether there are several values; an array without an axis is a single one."""
     return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 

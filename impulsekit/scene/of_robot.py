@@ -1,4 +1,4 @@
-"""What a robot's own file says of loops, contacts and forces, as entries of a scene."""
+"""Loops, contacts and forces of a robot's own file, as entries of a scene."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _CONTACTS = (False, "world", "all")
 
 
 class SceneEntries(TypedDict, total=False):
-    """What ``Scene`` takes besides the robot, for editors."""
+    """Arguments of ``Scene`` besides the robot, for editors."""
 
     impulses: Sequence[AppliedImpulse | JointImpulse]
     constraints: Sequence[Constraint]
@@ -46,7 +46,7 @@ class SceneEntries(TypedDict, total=False):
 
 
 class FromFile(SceneEntries, total=False):
-    """What ``Scene.of_robot`` takes: the entries of a scene, and what comes from the file."""
+    """Arguments of ``Scene.of_robot``: the entries of a scene, and which come from the file."""
 
     file_loops: bool
     file_contacts: bool | str

@@ -260,8 +260,7 @@ class Scene(Displayed):
 
     @cached_property
     def held(self) -> tuple[Constraint, ...]:
-        """What holds in an impact: the constraints, then a lock at its own speed for each
-        controlled joint."""
+        """Constraints of an impact: those of the scene, then a lock for each controlled joint."""
         if not self.controlled:
             return tuple(self.constraints)
         from .constraints import velocity_keeping_lock
@@ -269,7 +268,7 @@ class Scene(Displayed):
         return (*self.constraints, *map(velocity_keeping_lock, self.controlled))
 
     def entry_names(self, kind: str) -> tuple[str, ...]:
-        """What results call the entries of a ``kind`` such as "impulses": name or place."""
+        """Names of the entries of a ``kind`` such as "impulses" in results: name or place."""
         if kind == "held":
             locks = self.held[len(self.constraints) :]
             return (*self.entry_names("constraints"), *(str(lock.name) for lock in locks))
@@ -292,7 +291,7 @@ T = TypeVar("T")
 
 
 class KeptByScene(Generic[T]):
-    """What ``make`` gives for a scene, made when first asked for; it may not hold the scene.
+    """A cache of ``make(scene)``, made when first asked for; it may not hold the scene.
 
     Attributes:
         by_scene: what there is now, by the identity of the scene, which is quicker than its hash.
@@ -303,7 +302,7 @@ class KeptByScene(Generic[T]):
         self.by_scene: dict[int, T] = {}
 
     def of(self, scene: Scene) -> T:
-        """What is kept for a scene."""
+        """The value kept for a scene."""
         found = self.by_scene.get(id(scene))
         if found is None:
             found = self.by_scene[id(scene)] = self._make(scene)

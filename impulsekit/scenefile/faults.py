@@ -1,4 +1,4 @@
-"""What is wrong with a file, collected: each fault with its place, and the nearest name."""
+"""Faults of a file, collected: each with its place, and the nearest name."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class SceneFile(OneLine):
 
 
 class _Settings(pydantic.BaseModel):
-    """What a file says of the whole scene, above its first table."""
+    """Keys of a file for the whole scene, above its first table."""
 
     model_config = STRICT
     gravity: Vector = _defaults["gravity"]

@@ -60,7 +60,7 @@ class RobotTable(pydantic.BaseModel):
 
 
 class PlacementTable(pydantic.BaseModel):
-    """Where a robot's root stands: a point [m] with roll, pitch, yaw [rad], or a 4×4 matrix."""
+    """The placement of a robot's root: a point [m] with roll, pitch, yaw [rad], or a 4×4 matrix."""
 
     model_config = STRICT
     xyz: Vector | None = None

@@ -168,7 +168,7 @@ def _plain(value: Any) -> Any:
 
 @functools.cache
 def _without_functions(hint: Any) -> Any:
-    """What is left of a choice: a number, numbers, or the table with most of its keys."""
+    """A choice without functions: a number, numbers, or the table with most of its keys."""
     options = [o for o in typing.get_args(hint) if typing.get_origin(o) is not Callable]
     words = [o for o in options if typing.get_origin(o) is typing.Literal]
     options = [o for o in options if o not in words]

@@ -1,4 +1,4 @@
-"""What a person looks at. Nothing heavy is loaded from here; name the file that is wanted."""
+"""Replay, plots and reports. Nothing heavy is loaded from here; import the file you need."""
 
 import lazy_loader as _lazy
 

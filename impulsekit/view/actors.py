@@ -78,7 +78,7 @@ class Actors:
 
     @property
     def followed(self) -> list[tuple[str, float, list[float]]]:
-        """Of every moving joint its node, its mass [kg] and its mass centre in it [m]."""
+        """The node, mass [kg] and mass centre in the node [m] of every moving joint."""
         model = self.shown.robot.model
         return [
             (path, float(body.mass), np.asarray(body.lever).tolist())

@@ -1,4 +1,4 @@
-"""What an impact is drawn with: arrows for impulses, velocities, couples; marks for contacts."""
+"""The drawing of an impact: arrows for impulses, velocities, couples; marks for contacts."""
 
 from __future__ import annotations
 

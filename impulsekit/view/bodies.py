@@ -1,4 +1,4 @@
-"""What a robot looks like: the shapes on each joint, whatever is missing."""
+"""The shapes of a robot on each joint, with simple bodies where pictures are missing."""
 
 from __future__ import annotations
 

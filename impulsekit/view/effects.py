@@ -1,4 +1,4 @@
-"""What is drawn beside the bodies: arrows and marks of impacts, and traces of points."""
+"""Drawings beside the bodies: arrows and marks of impacts, and traces of points."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ TRACES = ((0.07, 0.52, 0.50), (0.55, 0.36, 0.10), (0.62, 0.20, 0.48), (0.30, 0.3
 
 @dataclass(frozen=True, eq=False)
 class Effects:
-    """What was drawn.
+    """The drawn effects.
 
     Attributes:
         arrows: by entry, joint or point, the nodes of its arrows.

@@ -1,4 +1,4 @@
-"""What can be shown: a trajectory, a recording, or an impact with what is around it."""
+"""Motions that can be shown: a trajectory, a recording, or an impact with what is around it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def coasting(impact: Impact, span: float | None = None) -> Recording:
 
 
 def _fitting_span(impact: Impact) -> float:
-    """How long the fastest part can be followed [s]."""
+    """The time for which the fastest part can be followed [s]."""
     robot = impact.scene.robot
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, impact.q)
@@ -133,7 +133,7 @@ class Shown:
 
 
 def shown_motion(motion: Any, span: float | None = None) -> Shown:
-    """What a ``Trajectory``, a ``Recording`` or an ``Impact`` shows.
+    """The motion of a ``Trajectory``, a ``Recording`` or an ``Impact``.
 
     Raises:
         InputError: none of these, or one without an instant.

@@ -29,7 +29,7 @@ OPEN_BLOCKS = 2
 
 
 def html_of(thing: Any) -> str:
-    """What a notebook shows of a result: valid HTML, every name in it escaped.
+    """The HTML of a result in a notebook: valid, every name in it escaped.
 
     Raises:
         KeyError: nothing is known of how to show it.
@@ -137,7 +137,7 @@ def _names(scene: Scene, kind: str) -> Sequence[str]:
 
 
 def _fields(entry: Any) -> str:
-    """What an entry says, without its class and its name."""
+    """The fields of an entry as text, without its class and its name."""
     from dataclasses import MISSING, fields, is_dataclass
 
     if not is_dataclass(entry):

@@ -69,7 +69,7 @@ class Replay(Displayed):
 
     @property
     def duration(self) -> float:
-        """How long the playback takes [s]."""
+        """The duration of the playback [s]."""
         return float(self.times[-1])
 
 
@@ -207,7 +207,7 @@ def _stretched(shown: Shown) -> float:
 
 
 def _clock(timeline: Timeline) -> dict[str, Any] | None:
-    """What the page's clock goes by; None for a still picture."""
+    """The times of the page's clock; None for a still picture."""
     if timeline.duration <= 0.0:
         return None
     span = float(timeline.moved[-1] - timeline.moved[0])

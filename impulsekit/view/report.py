@@ -76,7 +76,7 @@ def _turning(results: list[ContactResult]) -> list[str]:
 
 
 def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:
-    """How far entries are from touching or closed [m, rad]; below a nanometre they are."""
+    """The distances of entries from touching or closed [m, rad]; below a nanometre they are."""
     if not results:
         return []
     shown = [f"{each.name} {decimals(each.gap, GAP_SCALE)}" for each in results]
@@ -212,7 +212,7 @@ def _head(impact: Impact) -> list[str]:
 
 
 def _uniqueness(impact: Impact) -> list[str]:
-    """Whether v⁺ is the only one, where contacts leave that open."""
+    """A line on whether v⁺ is the only one, where contacts leave that open."""
     if not impact.scene.contacts:
         return []
     found = impact.uniqueness

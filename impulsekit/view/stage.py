@@ -1,4 +1,4 @@
-"""What stands around the robot: light, ground, grid, and a camera that fits."""
+"""The stage around the robot: light, ground, grid, and a camera that fits."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Plane:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Where the camera stands, what it looks at, and what is up for it: (3,) in the world [m]."""
+    """The camera's position, its target and its upward direction: (3,) in the world [m]."""
 
     position: np.ndarray
     target: np.ndarray

@@ -60,7 +60,7 @@ def box(lengths: np.ndarray) -> Surface:
 
 
 def lathe(profile: Any, segments: int = SEGMENTS) -> Surface:
-    """What a (p, 2) ``profile`` of radius and height [m], from below, sweeps about the z axis.
+    """The surface that a (p, 2) ``profile`` of radius and height [m] sweeps about the z axis.
 
     A point that stands twice in a row is an edge, which stays sharp.
     """

@@ -82,7 +82,7 @@ def save_figure(figure: Any, path: str | os.PathLike[str], **options: Any) -> No
 
 
 def is_dark(ax: Axes) -> bool:
-    """Whether light words are read better on these axes."""
+    """Return whether light words are read better on these axes."""
     from matplotlib.colors import to_rgb
 
     red, green, blue = to_rgb(ax.get_facecolor())
@@ -148,7 +148,7 @@ _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1),
 
 
 def _boxes(ax: Axes, renderer: Any) -> list[Any]:
-    """What words must not cover: other words of these axes and their legend."""
+    """Boxes that words must not cover: other words of these axes and their legend."""
     found = [text.get_window_extent(renderer) for text in ax.texts if text.get_visible()]
     legend = ax.get_legend()
     return [*found, *([legend.get_window_extent(renderer)] if legend else [])]
