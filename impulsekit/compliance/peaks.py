@@ -15,7 +15,7 @@ from ..scene import Scene
 from ..scene.contacts import turns
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
 from .history import checked_curve, way_of
-from .viscous import FASTEST, phases_of, viscous_peaks
+from .viscous import FASTEST, phases_of, viscous_peak
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -147,17 +147,9 @@ def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
     spent = 0.5 * mass * approach * approach
     lost = spent - 0.5 * mass * separation * separation
     if isinstance(curve, HuntCrossley):
-        found = np.empty((len(struck), 3))
-        viscous_peaks.load()
-        viscous_peaks(
-            np.ascontiguousarray(approach),
-            np.ascontiguousarray(separation),
-            np.ascontiguousarray(mass),
-            curve.stiffness,
-            curve.exponent,
-            found,
+        _, deepest, peak = viscous_peak(
+            approach, separation, mass, mass, curve.stiffness, curve.exponent
         )
-        _, deepest, peak = found.T
         if np.isnan(peak).any():
             slow = float(np.min(separation / approach))
             raise RangeError.of("HuntCrossley: restitution", slow, "above 0.03")

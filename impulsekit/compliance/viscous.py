@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ..errors import InputError, RangeError
-from ..laws.borrowed import borrowing
-from ..laws.compiled import entry
 
 # Energy that comes back beyond what was spent, by rounding.
 GAINED = 1e-9
@@ -197,117 +195,93 @@ NEWTON_ENDS = 4e-16
 SMALL_LOSS = 0.9
 
 
-@borrowing
-def _excess(x: float) -> float:
+def _excess(x: np.ndarray) -> np.ndarray:
     """x − ln(1 + x), to all its digits near 0."""
-    if abs(x) > SERIES:
-        return x - math.log1p(x)
-    total, term = 0.0, x
+    near = np.where(np.abs(x) > SERIES, 0.0, x)
+    total, term = np.zeros_like(near), near
     for k in range(2, 16):
-        term *= -x
-        total -= term / k
-    return total
+        term = term * -near
+        total = total - term / k
+    return np.where(np.abs(x) > SERIES, x - np.log1p(x), total)
 
 
-@borrowing
-def _damping(c: float, s: float, m_in: float, m_out: float) -> float:
+def _damping(c: np.ndarray, s: np.ndarray, m_in: np.ndarray, m_out: np.ndarray) -> np.ndarray:
     """λ [s/m] with m_r L(−λ s) = m_c L(λ c): what is spent and regained returns to δ = 0.
 
     Found in y = −ln(1 − λ s), over which nothing is steep; NaN where y is above ``STEEP``.
     """
     spent = 0.5 * m_in * c * c
     lost = spent - 0.5 * m_out * s * s
-    if lost <= LOSSLESS * spent:
-        return 0.0
+    lossless = lost <= LOSSLESS * spent
     # Near 0 the equation over λ² is −lost + λ (m_in c³ + m_out s³)/3 + …
     guess = 3.0 * lost / (m_in * c * c * c + m_out * s * s * s) * s
-    y = -math.log1p(-guess) if guess < SMALL_LOSS else c / s
-    low, high = 0.0, math.inf
+    y = np.where(guess < SMALL_LOSS, -np.log1p(-np.minimum(guess, SMALL_LOSS)), c / s)
+    low, high = np.zeros_like(y), np.full_like(y, np.inf)
     for _ in range(MOST_STEPS):
-        share = -math.expm1(-y)
+        share = -np.expm1(-y)
         x, slope = share / s, (1.0 - share) / s
-        back = _excess(-share) if share < SERIES else y - share
+        back = np.where(share < SERIES, _excess(-share), y - share)
         value = m_out * back - m_in * _excess(x * c)
         rate = m_out * share - m_in * x * c / (1.0 + x * c) * c * slope
         # Over λ²: the trivial root at 0 taken out.
-        rate -= 2.0 * value * slope / x
-        if value > 0.0:
-            high = y
-        else:
-            low = y
-        step = value / rate if rate > 0.0 else math.inf
-        new = y - step
-        if not low <= new <= high:
-            new = 0.5 * (low + high) if high < math.inf else 2.0 * y
-        if abs(new - y) <= NEWTON_ENDS * y:
+        rate = rate - 2.0 * value * slope / x
+        low, high = np.where(value > 0.0, low, y), np.where(value > 0.0, y, high)
+        new = y - np.where(rate > 0.0, value / rate, np.inf)
+        middle = np.where(high < np.inf, 0.5 * (low + high), 2.0 * y)
+        new = np.where((low <= new) & (new <= high), new, middle)
+        ended = lossless | (np.abs(new - y) <= NEWTON_ENDS * y)
+        if ended.all():
             break
-        y = new
-    return -math.expm1(-y) / s if y < STEEP else math.nan
+        y = np.where(ended, y, new)
+    found = np.where(y < STEEP, -np.expm1(-y) / s, np.nan)
+    return np.where(lossless, 0.0, found)
 
 
-@borrowing
-def _stored(mass: float, x: float, end: float, rate: float) -> float:
+def _stored(mass: np.ndarray, x: np.ndarray, end: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """The energy of the spring where the rate is, of a phase that begins or ends with ``end``."""
-    if abs(x * end) < UNDAMPED:
-        return 0.5 * mass * (end * end - rate * rate)
-    return mass / (x * x) * (_excess(x * end) - _excess(x * rate))
+    undamped = np.abs(x * end) < UNDAMPED
+    damping = np.where(undamped, 1.0, x)
+    damped = mass / (damping * damping) * (_excess(x * end) - _excess(x * rate))
+    return np.where(undamped, 0.5 * mass * (end * end - rate * rate), damped)
 
 
-@borrowing
-def _depth_of(stored: float, k: float, n: float) -> float:
+def _depth_of(stored: np.ndarray, k: float, n: float) -> np.ndarray:
     """δ at which k δ^(n + 1)/(n + 1) is an energy."""
-    return ((n + 1.0) * max(stored, 0.0) / k) ** (1.0 / (n + 1.0))
+    return ((n + 1.0) * np.maximum(stored, 0.0) / k) ** (1.0 / (n + 1.0))
 
 
-@borrowing
-def _rate_at_peak(x: float, c: float, n: float) -> float:
+def _rate_at_peak(x: np.ndarray, c: np.ndarray, n: float) -> np.ndarray:
     """δ' where the force is largest; Newton's steps come down to it from c."""
-    end = x * c
-    if end == 0.0:
-        return 0.0
-    aim = (n + 1.0) * _excess(end)
-    at = end
+    at = x * c
+    aim = (n + 1.0) * _excess(at)
     for _ in range(MOST_STEPS):
         over = n * at + (n + 1.0) * _excess(at) - aim
         step = over / (n + (n + 1.0) * at / (1.0 + at))
-        at = max(at - step, 0.0)
-        if step <= NEWTON_ENDS * at:
+        at = np.maximum(at - step, 0.0)
+        if (step <= NEWTON_ENDS * at).all():
             break
-    return at / x
+    return at / np.where(x > 0.0, x, 1.0)
 
 
-@entry(lambda: (1.0, 0.5, 1.0, 1.0, 1e6, 1.5), seconds=1.5)
 def viscous_peak(
-    c: float, s: float, m_in: float, m_out: float, k: float, n: float
-) -> tuple[float, float, float]:
+    c: Any, s: Any, m_in: Any, m_out: Any, k: float, n: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """λ [s/m], the largest indentation [m] and the largest force [N]; NaN for e below 0.03.
 
     Args:
-        c, s: speeds of approach and separation [m/s]; both above 0.
+        c, s: (B,) or numbers, speeds of approach and separation [m/s]; both above 0.
         m_in, m_out: effective masses of compression and restitution [kg].
         k, n: stiffness [N/m^n] and exponent.
     """
-    x = _damping(c, s, m_in, m_out)
-    if not x >= 0.0:
-        return math.nan, math.nan, math.nan
-    deepest = _depth_of(_stored(m_in, x, c, 0.0), k, n)
-    rate = _rate_at_peak(x, c, n)
-    depth = _depth_of(_stored(m_in, x, c, rate), k, n)
-    return x, deepest, k * depth**n * (1.0 + x * rate)
-
-
-def _examples() -> tuple[object, ...]:
-    return np.ones(2), np.ones(2), np.ones(2), 1e6, 1.5, np.ones((2, 3))
-
-
-@entry(_examples, seconds=2.0)
-def viscous_peaks(
-    c: np.ndarray, s: np.ndarray, mass: np.ndarray, k: float, n: float, out: np.ndarray
-) -> None:
-    """``viscous_peak`` of many contacts, of one mass in both phases, into (B, 3) ``out``."""
-    for i in range(len(c)):
-        x, deepest, peak = viscous_peak(c[i], s[i], mass[i], mass[i], k, n)
-        out[i, 0], out[i, 1], out[i, 2] = x, deepest, peak
+    c, s, m_in, m_out = (np.asarray(each, dtype=float) for each in (c, s, m_in, m_out))
+    with np.errstate(all="ignore"):
+        x = _damping(c, s, m_in, m_out)
+        deepest = _depth_of(_stored(m_in, x, c, np.zeros_like(x)), k, n)
+        rate = _rate_at_peak(x, c, n)
+        depth = _depth_of(_stored(m_in, x, c, rate), k, n)
+    bad = np.isnan(x)
+    peak = k * depth**n * (1.0 + x * rate)
+    return x, np.where(bad, np.nan, deepest), np.where(bad, np.nan, peak)
 
 
 class Viscous:
@@ -324,21 +298,22 @@ class Viscous:
         self.phases, self._k, self._n = phases, stiffness, exponent
         self.remaining = 0.0
         c, s = phases.approach, phases.separation
-        self.damping, self.deepest, self.peak = viscous_peak(
-            c, s, phases.mass_in, phases.mass_out, stiffness, exponent
-        )
+        found = viscous_peak(c, s, phases.mass_in, phases.mass_out, stiffness, exponent)
+        self.damping, self.deepest, self.peak = (float(each) for each in found)
         if not self.damping >= 0.0:
             raise RangeError.of("HuntCrossley: restitution", s / c, "above 0.03")
 
-    def _depth(self, rate: float, inwards: bool) -> float:
-        """δ where it changes at a rate."""
+    def _depth(self, rate: Any, inwards: bool) -> np.ndarray:
+        """δ where it changes at rates."""
         phases = self.phases
         mass = phases.mass_in if inwards else phases.mass_out
         end = phases.approach if inwards else -phases.separation
-        return _depth_of(_stored(mass, self.damping, end, rate), self._k, self._n)
+        ends = (np.asarray(each, dtype=float) for each in (mass, self.damping, end, rate))
+        with np.errstate(all="ignore"):
+            return _depth_of(_stored(*ends), self._k, self._n)
 
-    def _force(self, rate: float, inwards: bool) -> float:
-        return float(self._k * self._depth(rate, inwards) ** self._n * (1.0 + self.damping * rate))
+    def _force(self, rate: Any, inwards: bool) -> np.ndarray:
+        return self._k * self._depth(rate, inwards) ** self._n * (1.0 + self.damping * rate)
 
     @cached_property
     def compression(self) -> float:
@@ -358,28 +333,19 @@ class Viscous:
         if end == rate:
             return 0.0
         power = n / (n + 1.0)
+        nodes, weights = _jacobi(-power)
         if x * phases.approach > DAMPED:
             # Over y = ln(1 + λ δ') what is near 1 + λ δ' = 0 is far: dt = m dy/(λ k δ^n).
             start = 1.0 + x * end
             whole = abs(math.log(start / (1.0 + x * rate)))
-            sign = 1.0 if inwards else -1.0
-
-            def part(y: float) -> float:
-                stored = -start * math.expm1(-sign * y) - sign * y
-                depth = _depth_of(mass / (x * x) * stored, self._k, n)
-                return mass / (x * self._k * depth**n)
+            y = whole * nodes if inwards else -whole * nodes
+            depth = _depth_of(mass / (x * x) * (-start * np.expm1(-y) - y), self._k, n)
+            parts = mass / (x * self._k * depth**n)
         else:
             whole = mass * abs(end - rate)
-
-            def part(y: float) -> float:
-                return 1.0 / self._force(end - math.copysign(y / mass, end), inwards)
-
+            parts = 1.0 / self._force(end - np.copysign(whole * nodes / mass, end), inwards)
         # ∫ y^(−power) [y^power part(y)] dy from 0 to ``whole``.
-        total = 0.0
-        for node, weight in _jacobi(-power):
-            y = whole * node
-            total += weight * y**power * part(y)
-        return float(total * whole ** (1.0 - power))
+        return float(weights @ ((whole * nodes) ** power * parts) * whole ** (1.0 - power))
 
     def at(self, fraction: float) -> Sample:
         """At a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
@@ -389,19 +355,22 @@ class Viscous:
             rate = phases.approach * math.cos(0.5 * math.pi * fraction) if fraction < 1.0 else 0.0
             time = self._time_near_end(rate, True)
             impulse = phases.mass_in * (phases.approach - rate)
-            return Sample(time, self._force(rate, True), self._depth(rate, True), rate, impulse)
+            return self._sample(time, rate, impulse, True)
         rate = -phases.separation * math.sin(0.5 * math.pi * (fraction - 1.0))
         rate = -phases.separation if fraction == 2.0 else rate
         time = self.duration - self._time_near_end(rate, False)
         impulse = phases.mass_in * phases.approach - phases.mass_out * rate
-        return Sample(time, self._force(rate, False), self._depth(rate, False), rate, impulse)
+        return self._sample(time, rate, impulse, False)
+
+    def _sample(self, time: float, rate: float, impulse: float, inwards: bool) -> Sample:
+        force, depth = float(self._force(rate, inwards)), float(self._depth(rate, inwards))
+        return Sample(time, force, depth, rate, impulse)
 
 
 @cache
-def _jacobi(power: float) -> list[tuple[float, float]]:
+def _jacobi(power: float) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights on (0, 1) for ∫ x^power f(x) dx."""
     from scipy.special import roots_jacobi
 
     nodes, weights = roots_jacobi(NODES, 0.0, power)
-    weights = weights * 0.5 ** (power + 1.0)
-    return list(zip((0.5 * (nodes + 1.0)).tolist(), weights.tolist(), strict=True))
+    return 0.5 * (nodes + 1.0), weights * 0.5 ** (power + 1.0)
