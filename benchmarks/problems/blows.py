@@ -51,16 +51,7 @@ def chain_problem(
         return np.array([0.0, float(truth.point_velocities[-1]), *_joint_rates(truth)])
 
     source = "fractions (Whittaker, Analytical Dynamics, p. 175)"
-    return Problem(
-        "struck chain",
-        n,
-        Scene(robot, [blow]),
-        robot.neutral(),
-        robot.velocity(),
-        exact,
-        source,
-        TOLERANCE,
-    )
+    return _rods("struck chain", n, robot, blow, exact, source)
 
 
 def pendulum_problem(
@@ -75,16 +66,14 @@ def pendulum_problem(
         return -np.array(_joint_rates(struck_pendulum(n, mass, length, impulse)))
 
     source = "fractions (Chang & Huston 1995, example 2)"
-    return Problem(
-        "struck pendulum",
-        n,
-        Scene(robot, [blow]),
-        robot.neutral(),
-        robot.velocity(),
-        exact,
-        source,
-        TOLERANCE,
-    )
+    return _rods("struck pendulum", n, robot, blow, exact, source)
+
+
+def _rods(
+    family: str, n: int, robot: Robot, blow: AppliedImpulse, exact: Any, source: str
+) -> Problem:
+    scene, q, v = Scene(robot, [blow]), robot.neutral(), robot.velocity()
+    return Problem(family, n, scene, q, v, exact, source, TOLERANCE)
 
 
 def _joint_rates(truth: StruckChain) -> list[float]:

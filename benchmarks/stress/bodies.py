@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from impulsekit.robot import Robot
+from impulsekit.scene import Contact
 
 from ..urdf import (
     Numbers,
@@ -157,9 +159,16 @@ def random_links(rng: np.random.Generator, count: int, *, planar: bool = False) 
     return links
 
 
-def with_mass_ratio(links: Sequence[Link], ratio: float, rng: np.random.Generator) -> list[Link]:
-    """About half of the links so many times as heavy."""
+def uneven_links(ratio: float, rng: np.random.Generator, least: int, most: int) -> list[Link]:
+    """A tree of ``least`` links or more, below ``most``; about half so many times as heavy."""
+    links = random_links(rng, int(rng.integers(least, most)))
     return [replace(k, mass=k.mass * (ratio if rng.random() < 0.5 else 1.0)) for k in links]
+
+
+def tilted_contact(link: int, rng: np.random.Generator, **coefficients: Any) -> Contact:
+    """A contact of a link with a plane that is nearly level."""
+    at, normal = rng.uniform(-0.2, 0.2, 3), (0.1 * rng.normal(), 0.1 * rng.normal(), 1.0)
+    return Contact(f"link_{link}", at=at, normal=normal, **coefficients)
 
 
 def robot_of(links: Sequence[Link], root: str) -> Robot:

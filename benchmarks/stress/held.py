@@ -14,7 +14,7 @@ from impulsekit.scene import (
 )
 from tests.truths.impacts import Impacts
 
-from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
+from .bodies import Link, random_links, random_state, robot_of, uneven_links
 from .sweep import STATES, Case, Sweeps, decades
 
 SWEEPS = Sweeps()
@@ -72,9 +72,8 @@ def close_points(distance: float, rng: np.random.Generator) -> Case:
 @SWEEPS.of("held-mass-ratio", "mass of some links over that of others", decades(-12, 12, 2), 75)
 def held_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """A tree of very different masses, gripped, locked and geared."""
-    links = random_links(rng, int(rng.integers(3, 6)))
-    changed = with_mass_ratio(links, ratio, rng)
-    robot = robot_of(changed, str(rng.choice(["planar", "freeflyer"])))
+    links = uneven_links(ratio, rng, 3, 6)
+    robot = robot_of(links, str(rng.choice(["planar", "freeflyer"])))
     last = len(links) - 1
     constraints: list[PointAnchor | FrameAnchor | JointLock | JointCoupling] = []
     kind = int(rng.integers(0, 4))

@@ -10,7 +10,7 @@ from impulsekit.robot import Robot
 from impulsekit.scene import Contact, JointImpulse, Law, Scene
 from impulsekit.tolerances import NONZERO
 
-from .bodies import Link, random_links, random_state, robot_of, tree_urdf
+from .bodies import Link, random_links, random_state, robot_of, tilted_contact, tree_urdf
 from .strikes import Strikes
 from .sweep import STATES, Case, Sweeps, decades
 from .touched import falling
@@ -73,13 +73,7 @@ def _fall(rng: np.random.Generator, law: Law, points: int, *, e: float, mu: floa
     links = random_links(rng, int(rng.integers(1, 4)))
     robot = robot_of(links, "freeflyer")
     contacts = [
-        Contact(
-            f"link_{int(rng.integers(0, len(links)))}",
-            at=rng.uniform(-0.2, 0.2, 3),
-            normal=(0.1 * rng.normal(), 0.1 * rng.normal(), 1.0),
-            restitution=e,
-            friction=mu,
-        )
+        tilted_contact(int(rng.integers(0, len(links))), rng, restitution=e, friction=mu)
         for _ in range(points)
     ]
     scene = Scene(robot, contacts=contacts, law=law)

@@ -13,7 +13,7 @@ from impulsekit.scene import AppliedImpulse, Contact, JointStop, Scene
 from impulsekit.tolerances import NONZERO
 from tests.truths.impacts import Impacts
 
-from .bodies import Link, random_links, random_state, robot_of, with_mass_ratio
+from .bodies import Link, random_links, random_state, robot_of, tilted_contact, uneven_links
 from .sweep import STATES, Case, Sweeps, decades
 
 SWEEPS = Sweeps()
@@ -100,13 +100,8 @@ def _landing(rng: np.random.Generator, *, e: float, mu: float) -> Case:
     chosen = rng.choice(len(links), size=min(len(links), int(rng.integers(1, 3))), replace=False)
     e_t = float(rng.choice([0.0, 0.0, 0.5]))
     contacts: list[Contact | JointStop] = [
-        Contact(
-            f"link_{i}",
-            at=rng.uniform(-0.2, 0.2, 3),
-            normal=(0.1 * rng.normal(), 0.1 * rng.normal(), 1.0),
-            restitution=e,
-            friction=mu,
-            tangential_restitution=e_t if mu else 0.0,
+        tilted_contact(
+            i, rng, restitution=e, friction=mu, tangential_restitution=e_t if mu else 0.0
         )
         for i in chosen.tolist()
     ]
@@ -197,16 +192,15 @@ def one_joint(mu: float, rng: np.random.Generator) -> Case:
 @SWEEPS.of("contact-mass-ratio", "mass of some links over that of others", decades(-12, 12, 2), 42)
 def contact_mass_ratio(ratio: float, rng: np.random.Generator) -> Case:
     """Trees of very different masses on two points with friction, a joint at its stop."""
-    links = random_links(rng, int(rng.integers(2, 5)))
-    changed = with_mass_ratio(links, ratio, rng)
-    robot = robot_of(changed, "freeflyer")
+    links = uneven_links(ratio, rng, 2, 5)
+    robot = robot_of(links, "freeflyer")
     last = len(links) - 1
     mu = float(rng.choice([0.0, 0.4]))
     contacts: list[Contact | JointStop] = [
         Contact("link_0", at=rng.uniform(-0.2, 0.2, 3), friction=mu),
         Contact(f"link_{last}", at=rng.uniform(-0.2, 0.2, 3), friction=mu, restitution=0.5),
     ]
-    if changed[last].joint != "continuous":
+    if links[last].joint != "continuous":
         contacts.append(JointStop(f"joint_{last}", lower=100.0, upper=200.0, restitution=0.3))
     scene = Scene(robot, contacts=contacts)
     q, v = falling(robot, rng)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, quoted
+from ..errors import InputError, RangeError, quoted
 from .functions import numbers_from
-from .numbers import Vector, keep, listed, not_negative, number, vector
+from .numbers import Vector, keep, keep_table, not_negative, number, vector
 
 
 @dataclass(frozen=True)
@@ -35,18 +34,7 @@ class SpeedTable:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        name = type(self).__name__
-        of_speeds, of_values = f"{name}: speeds", f"{name}: values"
-        speeds = tuple(number(speed, of_speeds) for speed in listed(self.speeds, of_speeds))
-        values = tuple(self._coefficient(one, of_values) for one in listed(self.values, of_values))
-        if not speeds:
-            raise ShapeError.of(of_speeds, (1,), (0,), "one or more")
-        if len(speeds) != len(values):
-            raise ShapeError.of(of_values, (len(speeds),), (len(values),))
-        if speeds[0] < 0.0 or any(b <= a for a, b in pairwise(speeds)):
-            raise RangeError.of(of_speeds, speeds, "0 or more, each above the last")
-        object.__setattr__(self, "speeds", speeds)
-        object.__setattr__(self, "values", values)
+        keep_table(self, "speeds", self._coefficient, "0 or more, each above the last", 0.0)
 
     def __call__(self, speed: float) -> float:
         """The coefficient at a speed [m/s, rad/s]."""

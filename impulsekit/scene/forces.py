@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from .numbers import (
     check_name,
     each,
     keep,
+    keep_table,
     not_negative,
     number,
     optional,
@@ -217,19 +217,7 @@ class TorqueTable:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        for field in ("times", "values"):
-            what = f"TorqueTable: {field}"
-            try:
-                entries = tuple(getattr(self, field))
-            except TypeError:
-                raise InputError(f"{what} must be a list of numbers") from None
-            object.__setattr__(self, field, tuple(number(x, what) for x in entries))
-        if not self.times:
-            raise ShapeError.of("TorqueTable: times", (1,), (0,), "one or more")
-        if len(self.times) != len(self.values):
-            raise ShapeError.of("TorqueTable: values", (len(self.times),), (len(self.values),))
-        if any(b <= a for a, b in pairwise(self.times)):
-            raise RangeError.of("TorqueTable: times", self.times, "each above the last")
+        keep_table(self, "times", number, "each above the last")
 
     def __call__(self, t: float, q: Any, v: Any) -> float:
         """The torque at a time [s]; of the state it knows nothing."""

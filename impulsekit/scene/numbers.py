@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -106,6 +107,24 @@ def keep(entry: Any, what: str, check: Check, *fields: str) -> None:
     """
     for field in fields:
         object.__setattr__(entry, field, check(getattr(entry, field), f"{what}: {field}"))
+
+
+def keep_table(
+    entry: Any, points: str, check: Check, allowed: str, least: float = -math.inf
+) -> None:
+    """Keep the rising ``points`` of a table and as many ``values`` as tuples of floats."""
+    what = {field: f"{type(entry).__name__}: {field}" for field in (points, "values")}
+    at, values = (listed(getattr(entry, field), what[field]) for field in (points, "values"))
+    at = tuple(number(one, what[points]) for one in at)
+    values = tuple(check(one, what["values"]) for one in values)
+    if not at:
+        raise ShapeError.of(what[points], (1,), (0,), "one or more")
+    if len(at) != len(values):
+        raise ShapeError.of(what["values"], (len(at),), (len(values),))
+    if at[0] < least or any(b <= a for a, b in pairwise(at)):
+        raise RangeError.of(what[points], at, allowed)
+    object.__setattr__(entry, points, at)
+    object.__setattr__(entry, "values", values)
 
 
 def each(value: Any) -> Any:
