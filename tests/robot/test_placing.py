@@ -53,9 +53,10 @@ def test_results_are_read_only_and_agree_with_each_other():
 
 
 def arm_and_ball(root="freeflyer", **ball):
-    return ik.combine(
-        arm=ik.Robot.from_example("ur5"), ball=ik.Robot.from_urdf(BALL, root=root), **ball
-    )
+    # The root of the part that is placed has axes of its own.
+    turned = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.7), np.zeros(3)).homogeneous
+    parts = {"arm": ik.Robot.from_example("ur5"), "ball": ik.Robot.from_urdf(BALL, root=root)}
+    return ik.combine(parts, placements={"ball": turned}, **ball)
 
 
 def random_pose(robot, seed):
@@ -121,3 +122,14 @@ def test_faults_are_told():
         ik.place(robot, q, "ball/ball", at=[1, 2])
     with pytest.raises(UnknownNameError, match="did you mean"):
         robot.placement(q, "arm/tol0")
+
+
+def test_a_part_is_placed_by_a_link_at_its_end():
+    # A quadruped whose foot is put on a point of a turned world, its joints as they are.
+    quadruped = ik.Robot.from_example("solo12", root="freeflyer")
+    robot = ik.combine(dog=quadruped, arm=ik.Robot.from_example("ur5"))
+    q = random_pose(robot, 7)
+    placed = ik.place(robot, q, "dog/FL_FOOT", at=[1, 2, 3], rotation=np.eye(3))
+    foot = robot.placement(placed, "dog/FL_FOOT")
+    close(foot.matrix, np.block([[np.eye(3), np.array([[1, 2, 3]]).T], [np.zeros(3), 1]]), 1e-14)
+    close(placed[7:], q[7:], 0.0)
