@@ -250,3 +250,8 @@ def test_a_scene_is_solved_where_the_shell_has_closed_the_output():
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0 and "bug" not in done.stderr
+
+
+def test_json_that_cannot_be_written(tmp_path):
+    result = run("solve", CHAIN, "--json", tmp_path / "nix/impact.json")
+    assert result.exit_code == 2 and result.stderr.startswith("error: ")

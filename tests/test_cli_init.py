@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit.cli.main import main
+from impulsekit.cli.main import SECTIONS, main
 
 
 def run(*arguments):
@@ -68,3 +68,10 @@ def test_robots_are_found_by_a_part_of_their_name():
     missing = run("robots", "nothing_like_it")
     assert missing.exit_code == 2
     assert "nothing_like_it" in missing.stderr
+
+
+def test_the_help_lists_every_command_once():
+    listed = [name for names in SECTIONS.values() for name in names]
+    assert sorted(listed) == sorted(main.commands)
+    shown = run("--help").stdout
+    assert all(f"\n  {name} " in shown for name in listed)

@@ -414,3 +414,15 @@ def assert_own_rows(folder, truth):
     for name in truth.data_vars:
         assert np.array_equal(rows[name].values[written], truth[name].values[written]), name
     assert summarize(folder).written == written.sum()
+
+
+def test_a_coefficient_that_cannot_be_told_from_others_is_refused():
+    class Odd:
+        def __call__(self, speed):
+            return 0.5
+
+        def __reduce__(self):
+            raise TypeError
+
+    with pytest.raises(ik.errors.InputError, match="an Odd"):
+        fingerprint_of(contact=ik.Contact("FL_FOOT", restitution=Odd()))

@@ -188,3 +188,11 @@ def test_errors_in_variables_and_outliers_are_covered(outliers):
             count += (low <= [0.6, 0.25]) & (high >= [0.6, 0.25])
     assert (covered >= 0.8 * runs).all()
     assert (drawn >= 0.6 * runs).all()
+
+
+def test_a_fit_that_starts_where_every_contact_sticks_finds_the_friction():
+    scene, throws = thrown(0.5, 5.0)
+    truth, _ = thrown(0.7, 0.15)
+    found = fit(measured(truth, scene, throws, 1e-6, np.random.default_rng(3)))
+    assert found.values == pytest.approx([0.7, 0.15], abs=1e-4)
+    assert found.converged and not found.notes

@@ -11,6 +11,8 @@ from impulsekit.design import (
     least_blow,
     plot_effective_mass,
     plot_sparing,
+    reaction_map,
+    spare_joint,
     worst_blow,
 )
 from impulsekit.models import pendulum_urdf
@@ -155,3 +157,16 @@ def test_with_three_joints_the_name_says_what_is_wanted():
         least_blow(rods, q, [0, 0, 1], "link_3", wanted_dv=[0, 0, 1])
     with pytest.raises(ik.errors.InputError, match="wanted_velocity="):
         least_blow(rods, q, frame="link_3")
+
+
+def test_the_best_direction_is_no_worse_than_any():
+    robot = panda()
+    q, _ = random_state(robot, 3)
+    line = ([0, 0, 0], [0, 0, 0.2])
+    free = spare_joint(robot, q, "panda_joint4", "panda_hand", *line)
+    assert 0.0 <= free.along <= 1.0
+    rng = np.random.default_rng(0)
+    for n, s in zip(rng.normal(size=(9, 3)), np.linspace(0, 1, 9), strict=True):
+        table = reaction_map(robot, q, "panda_joint4", "panda_hand", [0, 0, 0.2 * s])
+        borne = table[:3, :3] @ n / np.linalg.norm(n)
+        assert np.linalg.norm(borne) >= free.share

@@ -15,7 +15,7 @@ from impulsekit.design.parameters import changed_scene, parameters_of
 from impulsekit.errors import ImpulsekitError, InputError
 from impulsekit.measured import Recording, fit_motion, identify
 from impulsekit.measured.motion_search import design_points, least_of
-from impulsekit.measured.motions import _Search
+from impulsekit.measured.motions import _Search, _searched
 from impulsekit.measured.rollouts import Rollouts
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
 
@@ -205,3 +205,15 @@ def test_what_identify_cannot_take_is_said(balls):
         InputError, match=r'takes a list of contacts, got "floor"; give \["floor"\]'
     ):
         fit_motion(recordings, scene, friction="floor")
+
+
+def test_first_moments_and_products_are_looked_for_where_they_are_zero():
+    scene = ball_scene()
+    body = scene.robot.model.inertias[1]
+    names = ["mass", "mx", "iyy", "ixz"]
+    found = [_searched(p, scene) for p in parameters_of(scene, [], [], {"root_joint": names})]
+    radius = np.sqrt(0.5 * np.trace(body.inertia) / body.mass)
+    assert body.lever == pytest.approx([0, 0, 0])
+    reaches = [0.5 * body.mass, 0.5 * body.mass * radius, 0.5 * body.inertia[1, 1],
+               0.5 * body.mass * radius**2]  # fmt: skip
+    assert [0.5 * (high - low) for low, high in found] == pytest.approx(reaches)

@@ -279,3 +279,25 @@ def test_times_of_late_stretches_are_sorted_and_a_clock_that_begins_again_is_tol
         again = np.where(np.arange(30) < 15, t, t - shift)
         with pytest.raises(RangeError, match=r"begin again .* at sample 15.*two recordings"):
             Recording.from_columns(BALL, {"t": again, "q": q}, repair="time")
+
+
+def test_an_odometry_is_read_for_its_poses_and_its_twists_are_said_to_be_left(truth, tmp_path):
+    def fields(pose):
+        def of(types):
+            (own,) = pose_fields(pose)(types)
+            zero = types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+            twist = types["geometry_msgs/msg/Twist"](zero, zero)
+            return [
+                "cube",
+                types["geometry_msgs/msg/PoseWithCovariance"](own, np.zeros(36)),
+                types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
+            ]
+
+        return of
+
+    times = [5_000_000_000 + round(1e9 * time) for time in truth[0]]
+    messages = list(zip(times, map(fields, truth[1]), strict=True))
+    write_bag(tmp_path / "bag", "nav_msgs/msg/Odometry", "/odom", messages)
+    (recording,) = load_recordings(tmp_path / "bag", BALL)
+    same(recording, truth)
+    assert recording.v is None and "twists of /odom are not read" in recording.notes[0]

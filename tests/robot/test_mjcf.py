@@ -361,3 +361,24 @@ def test_a_body_without_a_name_gets_one_that_the_file_leaves():
     assert robot.mass == pytest.approx(mujoco.MjModel.from_xml_string(text).body_mass.sum())
     assert len(set(robot.joint_names)) == 4
     assert len({link.name for link in robot.links}) == 4
+
+
+def test_limits_come_along_and_an_unlimited_hinge_has_none():
+    text = mjcf(
+        f"<body><joint name='a' range='-20 30' limited='true'/>{ROD}"
+        f"<body><joint name='b' type='slide'/>{ROD}</body></body>"
+    )
+    model = ik.Robot.from_mjcf(text).model
+    np.testing.assert_allclose(model.lowerPositionLimit, [np.deg2rad(-20), -np.inf])
+    np.testing.assert_allclose(model.upperPositionLimit, [np.deg2rad(30), np.inf])
+
+
+def test_two_of_them_in_one_world_keep_their_loops_apart():
+    robot = ik.Robot.from_mjcf(FOUR_BAR.format(EQUALITIES["connect"]))
+    both = ik.combine(left=robot, right=robot, placements={"right": [0, 3, 0]})
+    blow = ik.AppliedImpulse("right/b", linear=[1, 0, 2])
+    impact = ik.solve(ik.Scene.of_robot(both, impulses=[blow]), both.neutral(), both.velocity())
+    alone = ik.Scene.of_robot(robot, impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2])])
+    single = ik.solve(alone, robot.neutral(), robot.velocity())
+    np.testing.assert_allclose(impact.dv[:3], 0, atol=1e-15)
+    np.testing.assert_allclose(impact.dv[3:], single.dv, atol=1e-13)

@@ -64,3 +64,12 @@ def test_replay_without_a_display_says_where_the_page_is(monkeypatch):
     page = pathlib.Path(done.stdout.strip())
     assert f"no browser could be opened; the page is {page}" in done.stderr
     page.unlink()
+
+
+def test_simulate_writes_a_page_and_a_sheet(tmp_path):
+    page, sheet = tmp_path / "page.html", tmp_path / "sheet.png"
+    done = run("simulate", CHAIN, "-t", "0.2", "--html", str(page), "--plot", str(sheet))
+    assert done.exit_code == 0, done.output
+    assert done.stderr == ""
+    assert page.stat().st_size > 800_000
+    assert sheet.read_bytes().startswith(b"\x89PNG")

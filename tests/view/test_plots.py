@@ -6,6 +6,7 @@ import sys
 
 import matplotlib
 import numpy as np
+import pinocchio as pin
 import pytest
 
 matplotlib.use("Agg")
@@ -206,3 +207,15 @@ def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, pla
     ax = plots.stroboscope(motion, [0.0, 1.0, 2.0])
     assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == tuple(plane)
     assert plots.stroboscope(motion, [0.0], plane="zx").get_xlabel() == "z [m]"
+
+
+@pytest.mark.parametrize("name", ["tiago", "double_pendulum", "solo12"])
+def test_sheets_of_other_robots(name):
+    robot = ik.Robot.from_example(name, root="freeflyer")
+    rng = np.random.default_rng(7)
+    links = [link.name for link in robot.links if link.joint_id > 0]
+    contacts = [ik.Contact(link, friction=0.4, name=f"contact of {link}") for link in links[-3:]]
+    blow = ik.AppliedImpulse(links[0], rng.normal(size=3))
+    q = pin.integrate(robot.model, robot.neutral(), 0.3 * rng.normal(size=robot.nv))
+    impact = ik.solve(ik.Scene(robot, [blow], contacts=contacts), q, rng.normal(size=robot.nv))
+    assert faults_of(plots.overview(impact)) == []

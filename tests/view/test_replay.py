@@ -4,6 +4,7 @@ import pathlib
 import sys
 import time
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -17,7 +18,7 @@ from impulsekit.errors import (
 from impulsekit.measured import Recording
 from impulsekit.models import chain_urdf
 from impulsekit.scene import ReportPoint
-from impulsekit.view.bodies import body_shapes, equivalent_box
+from impulsekit.view.bodies import body_shapes, equivalent_box, surface_of
 
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 MESH = """<robot name="broken">
@@ -203,3 +204,19 @@ def test_a_name_stands_for_the_origin_of_its_frame(chain):
             ik.replay(chain, traces=wrong)
     with pytest.raises(UnknownNameError, match="link_2"):
         ik.replay(chain, traces=["lnik_2"])
+
+
+@pytest.mark.parametrize(
+    ("shape", "half"),
+    [
+        (coal.Box(0.2, 0.4, 0.6), (0.1, 0.2, 0.3)),
+        (coal.Sphere(0.2), (0.2, 0.2, 0.2)),
+        (coal.Ellipsoid(0.1, 0.2, 0.3), (0.1, 0.2, 0.3)),
+        (coal.Capsule(0.1, 0.4), (0.1, 0.1, 0.3)),
+        (coal.Cylinder(0.1, 0.4), (0.1, 0.1, 0.2)),
+        (coal.Cone(0.1, 0.4), (0.1, 0.1, 0.2)),
+    ],
+)
+def test_a_shape_is_drawn_as_large_as_it_is(shape, half):
+    item = pin.GeometryObject("a", 0, 0, pin.SE3.Identity(), shape)
+    assert surface_of(item).corners[-1] == pytest.approx(half, rel=5e-3)
