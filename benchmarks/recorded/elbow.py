@@ -15,8 +15,8 @@ from benchmarks.recorded.section import Section
 from benchmarks.recorded.tensors import read_tensor
 from benchmarks.urdf import box_moments, joint_text, link_text, robot_text
 from impulsekit.errors import InputError, shown
+from impulsekit.measured.active_contacts import ClosingContacts
 from impulsekit.measured.calibration import calibrate
-from impulsekit.measured.closing import ClosingContacts
 from impulsekit.measured.flight import Flight
 from impulsekit.measured.motions import MotionFit, fit_motion
 from impulsekit.measured.recording import Recording

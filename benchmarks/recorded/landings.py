@@ -16,7 +16,7 @@ from benchmarks.recorded.section import Section
 from impulsekit.errors import FileError, InputError, shown
 from impulsekit.files import file_told, open_plain_file
 from impulsekit.impact.solver import solve_without_warnings
-from impulsekit.measured.closing import ClosingContacts
+from impulsekit.measured.active_contacts import ClosingContacts
 from impulsekit.motion.record.status import MotionStatus
 from impulsekit.motion.simulate import simulate
 from impulsekit.robot import Robot

@@ -49,7 +49,7 @@ def fit(
     --inertia, fit all contact coefficients that are numbers above zero.
     """
     from ..design.fit import fit_impacts
-    from ..design.measured import load_measurements
+    from ..design.measurement_files import load_measurements
     from ..errors import RangeError
     from ..scenefile import load_scene
 

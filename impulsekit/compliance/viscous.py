@@ -1,4 +1,17 @@
-"""Forces along the normal impulse of a contact: its two phases, and Hunt and Crossley's force."""
+"""Forces along the normal impulse of a contact: its two phases, and Hunt and Crossley's force.
+
+A law of impact gives the normal impulse P, the approach speed c, the separation speed s and the
+normal work W. In each phase the normal velocity is linear in the impulse: an effective mass
+m_c = p_c/c moves in, m_r = (P − p_c)/s moves out. The impulse of the compression p_c is the one
+that makes the work right, W = −½ p_c c + ½ (P − p_c) s; where slip keeps its direction both
+masses are P/(c + s).
+
+Hunt and Crossley's force is F = k δ^n (1 + λ δ'). With r = δ' and k δ^n dδ = −m r dr/(1 + λ r),
+the energy of the spring is U = m/λ² [L(λ c) − L(λ r)], L(x) = x − ln(1 + x) (Hunt & Crossley
+1975; Lankarani & Nikravesh 1990 keep its first terms). Where the force is largest,
+n λ r + (n + 1) L(λ r) = (n + 1) L(λ c).
+
+"""
 
 from __future__ import annotations
 

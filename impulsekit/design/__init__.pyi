@@ -1,3 +1,9 @@
+from .centre_of_percussion import SparedJoint as SparedJoint
+from .centre_of_percussion import WorstBlow as WorstBlow
+from .centre_of_percussion import centre_of_percussion as centre_of_percussion
+from .centre_of_percussion import reaction_map as reaction_map
+from .centre_of_percussion import spare_joint as spare_joint
+from .centre_of_percussion import worst_blow as worst_blow
 from .fit import Fit as Fit
 from .fit import Measurement as Measurement
 from .fit import fit_impacts as fit_impacts
@@ -9,12 +15,6 @@ from .parameters import INERTIA_PARAMETERS as INERTIA_PARAMETERS
 from .response import ImpactEllipsoid as ImpactEllipsoid
 from .response import effective_mass as effective_mass
 from .response import impact_ellipsoid as impact_ellipsoid
-from .sparing import SparedJoint as SparedJoint
-from .sparing import WorstBlow as WorstBlow
-from .sparing import centre_of_percussion as centre_of_percussion
-from .sparing import reaction_map as reaction_map
-from .sparing import spare_joint as spare_joint
-from .sparing import worst_blow as worst_blow
 from .summary import plot_effective_mass as plot_effective_mass
 from .summary import plot_sparing as plot_sparing
 from .worst_case import WorstImpact as WorstImpact

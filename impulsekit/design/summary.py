@@ -13,8 +13,8 @@ from ..errors import InputError, MissingExtraError, check_kind, quoted
 from ..robot import Robot
 from ..scene import Scene
 from ..scene.points import DesignPoint
+from .centre_of_percussion import spare_joint, worst_blow
 from .response import ImpactEllipsoid, Response, impact_ellipsoid, unit_vector
-from .sparing import spare_joint, worst_blow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +100,7 @@ def plot_sparing(
         >>> ax = plot_sparing(rod, [0.0], "joint_1", "link_1", *line)
         >>> ax.figure.savefig("sparing.svg")  # doctest: +SKIP
     """
-    from .sparing import spare_joint
+    from .centre_of_percussion import spare_joint
 
     ax = _axes(ax)
     best = spare_joint(scene, q, joint, frame, start, end, direction)

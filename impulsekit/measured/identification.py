@@ -16,8 +16,8 @@ from ..errors import InputError, check_kind
 from ..scene import Scene
 from .calibration import Calibration, calibrate
 from .comparison import LawComparison, compare_laws
-from .finding import find_impacts
-from .found import FoundImpacts
+from .found_impacts import FoundImpacts
+from .impact_detection import find_impacts
 from .motions import FEWEST_RECORDINGS, MotionFit, check_choices, fit_motion
 from .recording import Recording, as_recordings
 

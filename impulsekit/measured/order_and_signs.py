@@ -16,8 +16,8 @@ from ..errors import InputError
 from ..robot import Robot
 from ..scene import Contact, Scene
 from ..tolerances import NONZERO
-from .closing import ClosingContacts
-from .found import FoundImpact
+from .active_contacts import ClosingContacts
+from .found_impacts import FoundImpact
 from .free_fall import has_one_free_body
 from .recording import Recording
 

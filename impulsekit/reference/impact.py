@@ -1,4 +1,18 @@
-"""The change of motion in an impact, and what the joints carry of it."""
+"""The change of motion in an impact, and what the joints carry of it.
+
+For the reaction of a joint (Chang & Huston 1995) the directions that it holds are freed for a
+moment, which adds up to six generalized speeds; the unknown constraint impulses act there as if
+they came from outside; and Δ of the freed speeds is prescribed as zero. The impact equations of
+the larger system are
+
+    [ a_lp  a_ls ] [ Δy     ]   [ I_l       ]
+    [ a_rp  a_rs ] [ Δs = 0 ] = [ I_r + Λ_r ]
+
+With relative speeds each unknown Λ_r stands alone in its own added equation: the first
+rows are those of the intact system, and the added ones say Λ_r = a_rp Δy_p − I_r, where a_rp Δy_p
+is the change of momentum along the freed speeds.
+
+"""
 
 from __future__ import annotations
 

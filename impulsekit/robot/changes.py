@@ -17,8 +17,8 @@ import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 from .arrays import array_of, floats
+from .named_states import RobotStates
 from .source import AddedBody, Changes, Ground, RobotPart
-from .stating import RobotStates
 
 if TYPE_CHECKING:
     from typing import Self

@@ -1,4 +1,9 @@
-"""MJCF: MuJoCo compiles the file, and a Pinocchio model is built from its arrays."""
+"""MJCF: MuJoCo compiles the file, and a Pinocchio model is built from its arrays.
+
+Pinocchio's own reader of MJCF takes the first tree of a file only and reads masses and
+defaults of some files otherwise than MuJoCo does; MuJoCo's compiler is what defines MJCF.
+
+"""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..errors import InputError, RangeError, ShapeError, quoted
-from .acting import Acting, BetweenFrames, InJoint
 from .numbers import (
     Check,
     Names,
@@ -23,6 +22,7 @@ from .numbers import (
     text,
     vector,
 )
+from .validation import Acting, BetweenFrames, InJoint
 
 # The six directions of a frame, linear before angular.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..errors import InputError, RangeError
 from ..robot import Robot
-from .acting import Acting, InJoint
 from .by_material import ByTable, is_by_material, keep_table
 from .coefficients import Friction, checked_friction, checked_restitution, is_plain
 from .numbers import (
@@ -27,6 +26,7 @@ from .numbers import (
     text,
     vector,
 )
+from .validation import Acting, InJoint
 
 # A direction whose length is this near to 1 is left as it is given: dividing would only round it.
 UNIT = 1e-15

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import RangeError
-from .acting import BetweenFrames
 from .coefficients import checked_restitution
 from .constraints import check_ends, velocity_of
 from .contacts import check_stiffness
 from .numbers import Vector, Velocity, keep, number, vector
+from .validation import BetweenFrames
 
 # Why both ends must be on two bodies.
 KEPT_ANYWAY = "their points keep their distance anyway"

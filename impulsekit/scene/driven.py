@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, RangeError
-from .acting import InJoint
 from .functions import numbers_from
 from .numbers import check_name, text
+from .validation import InJoint
 
 # A size to measure differences by where all values are 0.
 LEAST_SIZE = 1e-6

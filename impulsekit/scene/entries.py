@@ -7,12 +7,12 @@ from typing import Any, TypeAlias
 
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
-from .acting import check_one_degree, check_two_bodies
 from .constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
 from .contacts import Collision, Contact, JointStop
 from .distances import KEPT_ANYWAY, DistanceAnchor, Rope
 from .driven import Driven
 from .gap_functions import GapConstraint, GapContact, check_gradient
+from .validation import check_one_degree, check_two_bodies
 
 HOLDS_NOTHING = "an anchor between them holds nothing"
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
 from ..robot import Robot
-from .acting import check_frame_moves, check_one_degree, check_two_bodies
 from .functions import numbers_from
 from .numbers import (
     Vector,
@@ -28,6 +27,7 @@ from .numbers import (
     text,
     vector,
 )
+from .validation import check_frame_moves, check_one_degree, check_two_bodies
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ import pinocchio as pin
 
 from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError, a_thing
 from ..robot import Robot
-from .acting import Acting
 from .coefficients import checked_restitution
 from .constraints import velocity_of
 from .contacts import check_stiffness
 from .functions import numbers_from
 from .numbers import Velocity, between, check_name, keep, not_negative, number
+from .validation import Acting
 
 MOST_ROWS = 1000
 

@@ -8,8 +8,8 @@ from typing import Any, cast
 from ..errors import InputError, ShapeError, a_thing
 from ..robot import Robot
 from ..robot.base import WORLD, WORLD_LINK
-from .acting import Acting, InJoint, check_frame_moves
 from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
+from .validation import Acting, InJoint, check_frame_moves
 
 
 @dataclass(frozen=True)

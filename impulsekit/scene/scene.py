@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     from .entries import Constraint, ContactEntry
     from .forces import Force
+    from .from_robot_file import FromFile
     from .impulses import AppliedImpulse, JointImpulse
     from .materials import Material, MaterialPair
-    from .of_robot import FromFile
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,7 +125,7 @@ class Scene(Displayed):
                 to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
                 or "all"), ``file_turning`` (True: rolling and torsional friction too),
                 ``restitution`` (0) of those contacts, ``joint_damping`` and ``joint_friction``
-                (False). See ``impulsekit.scene.of_robot.entries_of``.
+                (False). See ``impulsekit.scene.from_robot_file.entries_of``.
 
         Raises:
             RangeError, InputError: as ``entries_of``, and what ``Scene`` raises.
@@ -137,7 +137,7 @@ class Scene(Displayed):
             >>> scene.contacts[0].restitution
             0.5
         """
-        from .of_robot import entries_of
+        from .from_robot_file import entries_of
 
         return cls(robot, **entries_of(robot, **entries))
 

@@ -1,4 +1,9 @@
-"""Motions that can be shown: a trajectory, a recording, or an impact with what is around it."""
+"""Motions that can be shown: a trajectory, a recording, or an impact with what is around it.
+
+An ``Impact`` is one instant. It is shown with a moment of coasting before and after it: joint
+speeds constant, loops and pins that held kept shut, without forces.
+
+"""
 
 from __future__ import annotations
 

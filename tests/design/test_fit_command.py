@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.cli import main
-from impulsekit.design.measured import load_measurements
+from impulsekit.design.measurement_files import load_measurements
 
 BALL = "examples/bounced_ball.toml"
 # The throws were made up of these.

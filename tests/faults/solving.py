@@ -20,10 +20,15 @@ from impulsekit.batch.solve import solve_batch
 from impulsekit.batch.study.run import run_study
 from impulsekit.checking import check
 from impulsekit.compliance.curves import MeasuredCurve
+from impulsekit.design.centre_of_percussion import (
+    centre_of_percussion,
+    reaction_map,
+    spare_joint,
+    worst_blow,
+)
 from impulsekit.design.fit import Measurement, fit_impacts
 from impulsekit.design.least_blow import least_blow
 from impulsekit.design.response import effective_mass, impact_ellipsoid
-from impulsekit.design.sparing import centre_of_percussion, reaction_map, spare_joint, worst_blow
 from impulsekit.design.summary import plot_effective_mass
 from impulsekit.impact import Impact, ImpactSolver, solve
 from impulsekit.impact.derivatives import derivatives

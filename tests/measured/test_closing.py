@@ -9,7 +9,7 @@ from scipy import stats
 
 import impulsekit as ik
 from benchmarks.urdf import joint_text, link_text, robot_text
-from impulsekit.measured.closing import ClosingContacts
+from impulsekit.measured.active_contacts import ClosingContacts
 from tests.measured.bodies import ball_scene
 
 # A rod that swings down towards negative angles.

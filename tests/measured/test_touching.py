@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 import impulsekit as ik
 from impulsekit.design.solved import slopes_by_differences
 from impulsekit.measured import Recording, find_impacts, fit_impacts
-from impulsekit.measured.found import at_touch
+from impulsekit.measured.found_impacts import at_touch
 from tests.measured.bodies import G
 from tests.measured.test_recovery import point_scene
 

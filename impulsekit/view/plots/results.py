@@ -17,7 +17,7 @@ from .canvas import AFTER, BLOW, CYCLE, QUIET, axes_or_new, new_figure, plain, s
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...measured.found import FoundImpacts
+    from ...measured.found_impacts import FoundImpacts
     from ...measured.identification import Identification
     from ...measured.motions import MotionFit
     from ...measured.recording import Recording

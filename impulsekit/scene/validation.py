@@ -1,4 +1,4 @@
-"""Names of the frames, joints and bodies that entries of a scene act on."""
+"""Names that entries of a scene act on, and the proof that they fit a robot."""
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ A row is one impact. In a table its columns are ``q.JOINT``, ``before.JOINT``,
 ``after.JOINT`` and ``sigma``, with ``[i]`` behind the joint where it has several numbers;
 an empty cell after was not measured. In JSON each impact is
 ``{"q": {JOINT: …}, "before": {…}, "after": {…}, "sigma": …}``.
+
 """
 
 from __future__ import annotations

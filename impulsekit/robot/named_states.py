@@ -1,4 +1,4 @@
-"""States of a robot by joint name, and where its frames are and how fast they move."""
+"""States of a robot by joint name, placements and velocities of its frames."""
 
 from __future__ import annotations
 

@@ -11,10 +11,10 @@ import numpy as np
 from ..errors import InputError, RangeError, ShapeError, check_kind
 from ..robot.arrays import lock
 from ..scene import Scene
-from .closing import ClosingContacts
+from .active_contacts import ClosingContacts
 from .columns import TIME_UNITS
 from .flight import Flight
-from .found import FoundImpact, FoundImpacts
+from .found_impacts import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
 from .order_and_signs import check_order_by_balance, check_quaternion_order, quaternions_of
 from .recording import Recording, as_recordings
