@@ -111,10 +111,6 @@ class Pass {
 
     void write(DerivedRows& to) {
         if (first_ == 0) count(to);
-        std::vector<Number8> M(nv_ * nv_);
-        tree_.weigh();
-        tree_.mass_matrix(M.data());
-        keep(M.data(), nv_ * nv_, to.M, to.dM, 0, nv_ * nv_);
         int row = 0;
         const auto add = [&](const Number8* rows, int count) {
             keep(rows, count * nv_, to.G, to.dG, row * nv_, to.rows * nv_);
@@ -144,8 +140,6 @@ class Pass {
         const int points = static_cast<int>(to.entries.size());
         to.rows = static_cast<int>(6 * scene_.blows.size() + scene_.kicks.size()) + scene_.rows() +
                   3 * points;
-        to.M.resize(nv_ * nv_);
-        to.dM.resize(nv_ * nv_ * nv_);
         to.G.resize(to.rows * nv_);
         to.dG.resize(nv_ * to.rows * nv_);
         to.axes.resize(9 * points);
@@ -174,8 +168,31 @@ class Pass {
 
 DerivedRows derive_rows(const Scene& scene, const double* q, const GivenState& given) {
     DerivedRows found;
+    Tree<double> tree(*scene.model);
+    tree.place(q);
+    tree.weigh();
+    found.M.resize(scene.model->nv * scene.model->nv);
+    tree.mass_matrix(found.M.data());
     for (int first = 0; first < std::max(scene.model->nv, 1); first += kWidth)
         Pass(scene, q, given, first).write(found);
+    return found;
+}
+
+std::vector<double> momentum_by_q(const Model& model, const double* q, const double* x) {
+    const int nv = model.nv;
+    std::vector<double> found(nv * nv);
+    std::vector<Number8> speeds(nv), along(nv);
+    for (int i = 0; i < nv; ++i) speeds[i].value = x[i];
+    Tree<Number8> tree(model);
+    for (int first = 0; first < nv; first += kWidth) {
+        tree.place(Seeds(model, q, first).data());
+        tree.move(speeds.data());
+        for (int k = 1; k < tree.count(); ++k)
+            tree.wrench[k] = tree.in_world(k, inertia_of<Number8>(model.bodies[k])) * tree.twist[k];
+        tree.gather(along.data());
+        for (int d = 0; d < std::min(kWidth, nv - first); ++d)
+            for (int i = 0; i < nv; ++i) found[(first + d) * nv + i] = along[i].slope[d];
+    }
     return found;
 }
 

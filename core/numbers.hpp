@@ -38,20 +38,21 @@ S number(double value) {
     return S{} + value;
 }
 
-// A number with derivatives along N directions.
+// A number with derivatives along N directions, N a power of two.
 template <int N>
 struct Dual {
+    typedef double Slopes __attribute__((vector_size(8 * N)));
     double value = 0.0;
-    double slope[N] = {};
+    Slopes slope{};
 
     friend Dual operator+(Dual a, const Dual& b) {
         a.value += b.value;
-        for (int i = 0; i < N; ++i) a.slope[i] += b.slope[i];
+        a.slope += b.slope;
         return a;
     }
     friend Dual operator-(Dual a, const Dual& b) {
         a.value -= b.value;
-        for (int i = 0; i < N; ++i) a.slope[i] -= b.slope[i];
+        a.slope -= b.slope;
         return a;
     }
     friend Dual operator*(const Dual& a, const Dual& b) {
@@ -85,19 +86,21 @@ struct Dual {
     friend bool operator>=(const Dual& a, const Dual& b) { return a.value >= b.value; }
     friend bool operator>=(const Dual& a, double b) { return a.value >= b; }
     friend bool operator>=(double a, const Dual& b) { return a >= b.value; }
-    Dual& operator+=(const Dual& b) { return *this = *this + b; }
-    Dual& operator-=(const Dual& b) { return *this = *this - b; }
+    Dual& operator+=(const Dual& b) {
+        value += b.value;
+        slope += b.slope;
+        return *this;
+    }
+    Dual& operator-=(const Dual& b) {
+        value -= b.value;
+        slope -= b.slope;
+        return *this;
+    }
 
     // A value with slope x ẋ, or x ẋ + y ẏ.
-    static Dual along(double value, double x, const Dual& a) {
-        Dual d{value, {}};
-        for (int i = 0; i < N; ++i) d.slope[i] = x * a.slope[i];
-        return d;
-    }
+    static Dual along(double value, double x, const Dual& a) { return {value, x * a.slope}; }
     static Dual along(double value, double x, const Dual& a, double y, const Dual& b) {
-        Dual d{value, {}};
-        for (int i = 0; i < N; ++i) d.slope[i] = x * a.slope[i] + y * b.slope[i];
-        return d;
+        return {value, x * a.slope + y * b.slope};
     }
 };
 

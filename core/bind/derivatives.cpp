@@ -8,6 +8,29 @@
 
 namespace nb = nanobind;
 
+void bind_derive_rows(nb::module_& module);
+
+void bind_derive_rows(nb::module_& module) {
+    using namespace impulsekit;
+    module.def(
+        "derive_rows",
+        [](const GivenScene& self, const Array& q, const std::optional<std::vector<bool>>& only) {
+            const GivenArrays given = given_of({}, {}, {}, only);
+            check_given(self, given);
+            return derive_rows(self.scene, data_of(q, self.model.nq, "q"), given.state());
+        },
+        nb::arg("scene"), nb::arg("q"), nb::arg("only").none(),
+        "Return M and the rows of a scene without functions, these with their derivatives.");
+    module.def(
+        "momentum_by_q",
+        [](const Model& model, const Array& q, const Array& x) {
+            return array_of(
+                momentum_by_q(model, data_of(q, model.nq, "q"), data_of(x, model.nv, "x")));
+        },
+        nb::arg("model"), nb::arg("q"), nb::arg("x"), nb::rv_policy::automatic,
+        "Return (nv, nv) the derivatives of M x by q, row by row along each direction.");
+}
+
 void bind_derivatives(nb::module_& module) {
     using namespace impulsekit;
     using D = DerivedRows;
@@ -15,8 +38,6 @@ void bind_derivatives(nb::module_& module) {
     nb::class_<D>(module, "DerivedRows", "Rows and mass matrix with their derivatives by q.")
         .def_prop_ro(
             "M", [](const D& d) { return array_of(d.M); }, kCopy)
-        .def_prop_ro(
-            "dM", [](const D& d) { return array_of(d.dM); }, kCopy)
         .def_prop_ro(
             "G", [](const D& d) { return array_of(d.G); }, kCopy)
         .def_prop_ro(
@@ -26,15 +47,7 @@ void bind_derivatives(nb::module_& module) {
         .def_prop_ro(
             "daxes", [](const D& d) { return array_of(d.daxes); }, kCopy)
         .def_ro("entries", &D::entries);
-    module.def(
-        "derive_rows",
-        [](const GivenScene& self, const Array& q, const std::optional<std::vector<bool>>& only) {
-            const GivenArrays given = given_of({}, {}, {}, only);
-            check_given(self, given);
-            return derive_rows(self.scene, data_of(q, self.model.nq, "q"), given.state());
-        },
-        nb::arg("scene"), nb::arg("q"), nb::arg("only").none(),
-        "Return the rows of a scene without functions, and M, with their derivatives.");
+    bind_derive_rows(module);
     module.def(
         "inertia_regressor",
         [](const Model& model, const Array& q, const Array& x, int body) {

@@ -25,7 +25,8 @@ constexpr double kClose = 1e-8;
 // Of paths with derivatives: what is this near a corner is on it.
 constexpr double kEdge = 1e-7;
 
-using Derived = Dual<kPathParameters>;
+using Derived = Dual<16>;
+static_assert(kPathParameters <= 16, "each parameter has a slope");
 
 double value_of(double x) { return x; }
 double value_of(const Derived& x) { return x.value; }

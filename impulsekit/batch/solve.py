@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core import instruction_set
 from ..errors import InputError, UnknownNameError, a_thing, check_kind
+from ..impact.flat.model import widest_core
 from ..laws.status import Status
 from ..robot.arrays import lock
 from ..scene import Scene
@@ -111,7 +109,7 @@ def solve_batch(
     arrays = {name: np.empty(shape) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
     with shown(progress, inputs.size) as tell:
-        _kernels().solve_batch(
+        widest_core().solve_batch(
             program.flat.core, program.law, program.is_regular, program.joints, program.links,
             _given(program, inputs), inputs.codes, arrays, codes, _threads(threads),
             None if not progress else tell,
@@ -189,13 +187,6 @@ def _by_functions(program: Program, inputs: BatchInputs) -> dict[str, Any]:
         numbers = [[*place, *normal, gap] for _, place, normal, gap in points]
         given["meeting_numbers"] = np.array(numbers, dtype=float).reshape(-1, 7)
     return given
-
-
-@functools.cache
-def _kernels() -> Any:
-    """The core's module for the widest instruction set that this processor has."""
-    name = instruction_set()
-    return import_module(f"impulsekit._core_{name}" if name else "impulsekit._core")
 
 
 def _threads(threads: int | None) -> int:

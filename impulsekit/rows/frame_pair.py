@@ -13,7 +13,7 @@ taken moves over the body, and the axes turn with Ω,
     v̇ = a + ω × (ẋ − v),   u̇ = Rᵀ (ẇ − Ω × w, ω̇ − ω̇' − Ω × (ω − ω')).
 
 Derivatives by an entry of q have the same form, with those of places and turns in place of ẋ and
-Ω (``impact.derivatives.pairs``). An impulse p of the rows is the wrench R p at c on the first body
+Ω. An impulse p of the rows is the wrench R p at c on the first body
 and −R p at c' on the other; its moment about another point is r × f with the arm r from there.
 
 For compiled code and Python alike; what kernels work on side by side they compile for themselves.

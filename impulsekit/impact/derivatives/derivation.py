@@ -5,9 +5,8 @@ With M Δv = I + Aᵀλ + JᵀP differentiated as it stands,
     M d = −∂(M Δv)/∂q + ∂(I + Aᵀλ + JᵀP)/∂q + ∂I + Aᵀ dλ + Jᵀ dP,
 
 and beside it the rows that hold in the modes found: A v⁺ = b, ξ_n = 0, ξ_t = 0 where it
-sticks, P_t = −µ P_n ξ_t/|ξ_t| where it slips. Σ of the first terms is Pinocchio's
-derivative of inverse dynamics at rest, with Δv for the acceleration and impulses for
-outside forces (Carpentier & Mansard 2018).
+sticks, P_t = −µ P_n ξ_t/|ξ_t| where it slips: one linear system at the answer (implicit function
+theorem). The derivatives of M and of the rows are the core's.
 """
 
 from __future__ import annotations
@@ -17,23 +16,21 @@ from typing import Any
 
 import numpy as np
 
+from ..._core import inertia_regressor
 from ...errors import InputError
-from ...scene import Collision, Contact, JointStop, Law, Rope
+from ...scene import Law
 from ..contact_law import ContactProblem, ContactSolution, solve_contacts
-from ..outcome import Outcome
+from ..outcome import Touch
 from ..result import Impact
 from .building import Builder
 from .hits import UNMOVED, HitFound, follow_hits
-from .linear import Columns, LinearStage, ModeStage, Rows, Touching, pass_through
-from .modes import PARTED, Coefficients, ContactMode, coefficients_of, found_mode
-from .motion import Motion
-from .pairs import FixedRows, of_functions
-from .path_law import path_derivative
-from .path_stage import PathStage, change_of_block
-from .regressor import inertia_regressor
+from .linear import Columns, LinearStage, ModeStage, Touching, pass_through
+from .modes import PARTED, ContactMode, coefficients_of, found_mode
+from .path_stage import PathStage, change_of_block, path_derivative
 from .result import Derivatives
 from .shared_loads import is_split_open
 from .stage import Loads
+from .state_rows import RowBlock, StateRows
 from .tables import told
 from .workspace import Workspace
 
@@ -54,31 +51,28 @@ def acts_before(impact: Impact) -> bool:
 class Derivation:
     """One call of ``derivatives``."""
 
-    def __init__(self, impact: Impact, workspace: Workspace, outcome: Outcome) -> None:
+    def __init__(self, impact: Impact, workspace: Workspace) -> None:
         self.impact, self.workspace = impact, workspace
-        self.scene = impact.scene
-        self.nv = workspace.model.nv
-        self.q = workspace.configuration(impact.q)
-        # Pinocchio takes no arrays that are read-only.
-        self.v, self.after = impact.v_before.copy(), impact.v_after.copy()
-        motion = Motion(workspace.expanded, workspace.data, self.q, self.after)
-        self.motion = motion
-        self.blows: list[Rows] = [rows.placed(motion) for rows in workspace.blows]
-        self.bilateral: list[Rows] = [rows.placed(motion) for rows in workspace.bilateral]
-        contacts = outcome.contacts
-        self.multipliers = outcome.constraint_impulses
-        if not len(self.multipliers):
-            self.multipliers = np.zeros(len(workspace.kept))
-        redundant = outcome.unique is not None or (
-            contacts is not None and contacts.unique is not None
+        self.scene, self.nv = impact.scene, workspace.model.nv
+        self.v, self.after = impact.v_before, impact.v_after
+        outcome = impact.outcome
+        touches = () if outcome is None else outcome.touches
+        contacts = None if outcome is None else outcome.contacts
+        rows = StateRows(self.scene, workspace.flat, np.array(impact.q), touches)
+        self.rows = rows
+        self.multipliers = np.zeros(len(workspace.kept))
+        if outcome is not None and len(outcome.constraint_impulses):
+            self.multipliers = outcome.constraint_impulses
+        redundant = outcome is not None and (
+            outcome.unique is not None or (contacts is not None and contacts.unique is not None)
         )
-        self.builder = Builder(workspace, motion, self.q, self.bilateral, redundant=redundant)
+        self.builder = Builder(workspace, rows, redundant=redundant)
         self.edges: list[str] = []
         self.touching: list[Touching] = []
         self.impulses: list[np.ndarray] = []
         self.scale = 0.0
         if contacts is not None:
-            self._find_touching(outcome, contacts)
+            self._find_touching(touches, contacts)
         self.stages = self._stages()
 
     def _thrown(self, matrix: np.ndarray) -> np.ndarray:
@@ -94,41 +88,24 @@ class Derivation:
         change: np.ndarray = matrix.dot(np.linalg.lstsq(mechanics.mass_matrix, blow, rcond=None)[0])
         return change
 
-    def _find_touching(self, outcome: Outcome, solution: ContactSolution) -> None:
-        names, motion = self.workspace.contact_names, self.motion
-        placed: list[Rows] = []
-        for touch in outcome.touches:
-            entry = self.scene.contacts[touch.entry]
-            if isinstance(entry, Contact | Rope):
-                placed.append(self.workspace.touching_rows(touch.entry).placed(motion))
-            elif isinstance(entry, Collision):
-                placed.append(self.workspace.meetings(touch.entry).placed(touch, motion))
-            elif isinstance(entry, JointStop):
-                placed.append(FixedRows(touch.jacobian))
-            else:
-                raise of_functions()
-        matrix = self.builder.stacked([rows.matrix for rows in placed])
+    def _find_touching(self, touches: Sequence[Touch], solution: ContactSolution) -> None:
+        names = self.workspace.contact_names
+        matrix = np.concatenate([rows.matrix for rows in self.rows.points])
         before, after = matrix.dot(self.v).tolist(), matrix.dot(self.after).tolist()
         self.scale = max(map(abs, (*before, *after, *self._thrown(matrix))))
         self.impulses = list(solution.impulse.reshape(-1, 3))
         for touch, rows, normal, impulse in zip(
-            outcome.touches, placed, before[2::3], self.impulses, strict=True
+            touches, self.rows.points, before[2::3], self.impulses, strict=True
         ):
             name = names[touch.entry]
             own = coefficients_of(self.scene.contacts[touch.entry], normal, self.scale, name)
             if own.edge and impulse[2] > 0.0:
                 self.edges.append(f"{name}: {own.edge}")
+            by_q = by_v = None
             if own.slope and own.approach > 0.0:
-                self.touching.append(self._with_slope(touch.entry, rows, own))
-            else:
-                self.touching.append(Touching(touch.entry, rows, own))
-
-    def _with_slope(self, entry: int, rows: Rows, own: Coefficients) -> Touching:
-        """A touching point whose restitution has a slope."""
-        self.motion.set_speed(self.v)
-        change = rows.change_of_velocity()
-        by_q = np.zeros(self.nv) if change is None else -own.slope * change[2]
-        return Touching(entry, rows, own, by_q, -own.slope * rows.matrix[2])
+                by_q = -own.slope * rows.change_of_velocity(self.v)[2]
+                by_v = -own.slope * rows.matrix[2]
+            self.touching.append(Touching(touch.entry, rows, own, by_q, by_v))
 
     def _stages(self) -> list[LinearStage]:
         v, after, law = self.v, self.after, self.scene.law
@@ -159,12 +136,10 @@ class Derivation:
         """What acts freely, then one contact after the other."""
         law, names = self.scene.law, self.workspace.contact_names
         nothing = [np.zeros(3)] * len(self.touching)
-        # A load without anything, for the masses.
-        self.builder.load(np.zeros(self.nv), ())
         hits = follow_hits(
             law,
-            self.builder.factor(),
-            self.builder.stacked([rows.matrix for rows in self.bilateral]),
+            self.builder.factor,
+            self.builder.held.matrix,
             self.workspace.vectors,
             self.touching,
             [names[point.entry] for point in self.touching],
@@ -208,18 +183,13 @@ class Derivation:
         own = point.coefficients
         free = point.rows.matrix @ hit.start
         # Along what bilateral rows hold, slip is rounding, and no friction ends it.
-        held = np.array(hit.block)[[0, 3, 5]] == 0.0
+        held = hit.block.diagonal() == 0.0
         free[held & (np.abs(free) <= UNMOVED * self.scale)] = 0.0
         from_start = law.order == "sequential"
         before = float(free[2]) if from_start else float(point.rows.matrix[2] @ self.v)
-        found = path_derivative(hit.block, free.tolist(), before, own.e, own.mu, law.restitution)
+        found = path_derivative(hit.block, free, before, own.e, own.mu, law.restitution)
         name = self.workspace.contact_names[point.entry]
         self.edges += [f"{name}: {edge}" for edge in found.edges]
-        by_start, by_before = (
-            self.builder.changes(v, self.touching)[len(self.bilateral) + hit.point]
-            for v in (hit.start, self.v)
-        )
-        none = np.zeros((3, self.nv))
         impulses = [np.zeros(3)] * len(self.touching)
         impulses[hit.point] = hit.impulse
         bare = self._stage(hit.start, hit.end, hit.multipliers, impulses, first=False, acting=-1)
@@ -228,19 +198,17 @@ class Derivation:
             hit,
             self.touching,
             found,
-            change_of_block(self.builder, hit, self.touching),
-            none if by_start is None else by_start,
-            None if from_start else (none if by_before is None else by_before)[2],
+            change_of_block(self.builder, hit, point.rows),
+            point.rows.change_of_velocity(hit.start),
+            None if from_start else point.rows.change_of_velocity(self.v)[2],
         )
 
     def _halves(self, hit: HitFound, own: list[np.ndarray]) -> list[Any]:
         """Compression and expansion of one hit under Poisson's law."""
         point = self.touching[hit.point]
         u = point.rows.matrix @ hit.start
-        t11, t12, t22, n1, n2, nn = hit.block
-        W = np.array(((t11, t12, n1), (t12, t22, n2), (n1, n2, nn)))
         none = np.zeros(1)
-        pressed = ContactProblem(W, u, u, none, np.array([point.coefficients.mu]), none)
+        pressed = ContactProblem(hit.block, u, u, none, np.array([point.coefficients.mu]), none)
         share = solve_contacts(pressed, Law()).impulse
         # Bilateral rows bear and bodies move in proportion to the impulse of one contact.
         held, middle = hit.at(share)
@@ -252,21 +220,6 @@ class Derivation:
             (hit.start, middle, held, first, None),
             (middle, hit.end, hit.multipliers - held, back, compressed),
         ]
-
-    def _pulls(
-        self, multipliers: np.ndarray, impulses: Sequence[np.ndarray], *, blows: bool
-    ) -> list[tuple[Rows, np.ndarray]]:
-        """What pulls in a stage: rows with their impulses."""
-        pulls: list[tuple[Rows, np.ndarray]] = []
-        if blows:
-            pulls += zip(self.blows, self.workspace.impulses, strict=True)
-        pulls += self.builder.pulls_of(multipliers)
-        pulls += [
-            (point.rows, impulse)
-            for point, impulse in zip(self.touching, impulses, strict=True)
-            if impulse[2] != 0.0
-        ]
-        return pulls
 
     def _stage(
         self,
@@ -287,20 +240,21 @@ class Derivation:
             acting: the one touching point that takes part, −1 for none; None for all.
         """
         newton = self.scene.law.restitution == "newton"
-        pulls = self._pulls(multipliers, impulses, blows=first)
-        # Before the load, which overwrites what Pinocchio knows of speeds.
-        changes = self.builder.changes(end, self.touching)
+        pulls: list[tuple[RowBlock, np.ndarray]] = [(self.builder.held, multipliers)]
+        pulls += [(point.rows, p) for point, p in zip(self.touching, impulses, strict=True)]
+        if first:
+            pulls += zip(self.rows.blows, self.workspace.impulses, strict=True)
         loads: list[tuple[slice, np.ndarray]] = [
             (slice(0, self.nv), self.builder.load(end - start, pulls))
         ]
         if first:
             columns = self.workspace.blow_columns.values()
             loads += [
-                (where, rows.matrix.T) for where, rows in zip(columns, self.blows, strict=True)
+                (where, rows.matrix.T) for where, rows in zip(columns, self.rows.blows, strict=True)
             ]
         modes = self._modes(start, end, impulses, newton, compressed, acting)
         return self.builder.stage(
-            loads, start, end, changes, self.touching, modes, first=first, newton=newton
+            loads, start, end, self.touching, modes, first=first, newton=newton
         )
 
     def _modes(
@@ -316,7 +270,7 @@ class Derivation:
         modes: list[ContactMode] = []
         if not self.touching:
             return modes
-        per_mass = 1.0 / self.builder.masses.diagonal()
+        per_mass = 1.0 / self.rows.masses.diagonal()
         for i, point in enumerate(self.touching):
             if acting is not None and i != acting:
                 modes.append(PARTED)
@@ -362,7 +316,6 @@ class Derivation:
             self.workspace,
             passed,
             self.touching,
-            self.bilateral,
             self.stages[0].null,
             tuple(dict.fromkeys(self.edges)),
             self.by_inertia,
@@ -377,15 +330,18 @@ class Derivation:
 
     def by_inertia(self, joint_id: int) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the dynamic parameters of a joint's body."""
+        flat, q = self.workspace.flat.model, np.array(self.impact.q)
+        body = flat.bodies[joint_id]
+
+        def change(x: np.ndarray) -> tuple[slice, np.ndarray]:
+            own = inertia_regressor(flat.core, q, np.ascontiguousarray(x), body)
+            return slice(0, 10), -own.reshape(self.nv, 10)
+
         loads: list[Loads] = []
         for stage in self.stages:
-            own = inertia_regressor(self.workspace, self.q, stage.velocity_change, joint_id)
-            parts = [(slice(0, 10), -own)]
+            parts = [change(stage.velocity_change)]
             if isinstance(stage, PathStage):
-                parts += [
-                    (slice(0, 10), -inertia_regressor(self.workspace, self.q, x.copy(), joint_id))
-                    for x in stage.unit_changes
-                ]
+                parts += [change(x) for x in stage.unit_changes]
             loads.append(parts)
         count = len(self.multipliers)
         passed = pass_through(self.stages, self.touching, Columns(10, loads=loads), count)

@@ -1,12 +1,10 @@
-"""``derivatives`` of an impact: in closed form where one contact is hit, else stage by stage."""
+"""``derivatives`` of an impact, stage by stage."""
 
 from __future__ import annotations
 
 from ...errors import check_kind
 from ..result import Impact
-from .derivation import Derivation, acts_before
-from .known_blows import of_known_blows
-from .one_contact import of_one_contact
+from .derivation import Derivation
 from .refusals import refuse_what_has_none
 from .result import Derivatives
 from .workspace import workspace_of
@@ -28,8 +26,8 @@ def derivatives(impact: Impact) -> Derivatives:
     Raises:
         InputError: an impact without a valid solution; friction that presses a contact in again
             along its path; several contacts without friction that act on each other, beside
-            such; a ``Collision`` of other shapes than balls with balls or flat
-            faces; joints that are not chains of joints with fixed axes.
+            such; a ``Collision`` whose points are not known in closed form: those of balls with
+            balls, boxes, cylinders, capsules and flat faces are.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
@@ -43,17 +41,4 @@ def derivatives(impact: Impact) -> Derivatives:
     """
     check_kind(impact, Impact, "derivatives")
     refuse_what_has_none(impact)
-    workspace = workspace_of(impact.scene)
-    outcome = impact.outcome
-    if outcome is None or not (outcome.touches or len(outcome.constraint_impulses)):
-        return of_known_blows(impact, workspace)
-    if len(outcome.touches) == 1 and workspace.is_newton and not acts_before(impact):
-        found = of_one_contact(
-            impact,
-            workspace,
-            outcome,
-            lambda joint_id: Derivation(impact, workspace, outcome).by_inertia(joint_id),
-        )
-        if found is not None:
-            return found
-    return Derivation(impact, workspace, outcome).result()
+    return Derivation(impact, workspace_of(impact.scene)).result()

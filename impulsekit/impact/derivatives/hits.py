@@ -19,7 +19,6 @@ from ..factor import DenseFactor
 from ..responses import responses
 from .linear import Touching
 from .modes import EDGE
-from .path_law import Block
 
 __all__ = ["UNMOVED", "HitFound", "Hits", "follow_hits"]
 
@@ -38,7 +37,7 @@ class HitFound:
         start, end: (nv,) the velocity before and after.
         impulse: (3,) P of the contact.
         multipliers: (m,) λ of the bilateral rows in this hit.
-        block: its W [1/kg], bilateral rows eliminated.
+        block: (3, 3) its W [1/kg], bilateral rows eliminated.
         response: (nv, 3) how the velocity changes with P, bilateral rows held.
         borne: (m, 3) what these bear of it.
     """
@@ -48,7 +47,7 @@ class HitFound:
     end: np.ndarray
     impulse: np.ndarray
     multipliers: np.ndarray
-    block: Block
+    block: np.ndarray
     response: np.ndarray
     borne: np.ndarray
 
@@ -124,8 +123,7 @@ def follow_hits(
         own = slice(3 * i, 3 * i + 3)
         response, borne = system.moved[:, own], system.borne[:, own]
         following = velocity + response @ share
-        (t11, t12, n1), (_, t22, n2), (_, _, nn) = system.delassus[own, own].tolist()
-        block = (t11, t12, t22, n1, n2, nn)
+        block = system.delassus[own, own]
         if len(found) == MOST_HITS:
             raise InputError(
                 f"derivatives: the contacts are hit more than {MOST_HITS} times one after the "

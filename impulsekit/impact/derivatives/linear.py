@@ -13,12 +13,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from .modes import Coefficients, ContactMode
-from .pairs import FixedRows, PlacedPair
 from .stage import Loads, Stage
+from .state_rows import RowBlock
 
-__all__ = ["Columns", "LinearStage", "ModeStage", "Passing", "Rows", "Touching", "pass_through"]
+__all__ = ["Columns", "LinearStage", "ModeStage", "Passing", "Touching", "pass_through"]
 
-Rows = PlacedPair | FixedRows
 NO_COLUMN, _EVERY = slice(0, 0), slice(None)
 
 
@@ -30,7 +29,7 @@ class Touching(NamedTuple):
     """
 
     entry: int
-    rows: Rows
+    rows: RowBlock
     coefficients: Coefficients
     e_by_q: np.ndarray | None = None
     e_by_v: np.ndarray | None = None
@@ -137,7 +136,7 @@ class ModeStage(NamedTuple):
         velocity_change: (nv,) Δv of the stage.
         rates: (r, nv) what the configuration takes from what the rows are given.
         entering: (r, 1) what share of G dv, of the velocity at the start, the rows are given:
-            −1, less what restitution adds; 0 where they keep their velocity. None for −1.
+            −1, less what restitution adds; 0 where they keep their velocity.
         newton: whether restitution shifts velocities here.
     """
 
@@ -148,7 +147,7 @@ class ModeStage(NamedTuple):
     starts: Sequence[float]
     velocity_change: np.ndarray
     rates: np.ndarray
-    entering: np.ndarray | None
+    entering: np.ndarray
     newton: bool
 
     @property
@@ -161,12 +160,11 @@ class ModeStage(NamedTuple):
         columns, rows = passing.columns, self.system.rows
         if passing.velocity is not None:
             given = rows.dot(passing.velocity)
-            given *= -1.0 if self.entering is None else self.entering
+            given *= self.entering
         else:
             given = np.zeros((len(rows), columns.width))
             if columns.v is not None:
-                taken = -1.0 if self.entering is None else self.entering
-                np.multiply(rows, taken, out=given[:, columns.v])
+                np.multiply(rows, self.entering, out=given[:, columns.v])
         if columns.q is not None:
             given[:, columns.q] -= self.rates
         direct: list[tuple[slice, slice, np.ndarray]] = []

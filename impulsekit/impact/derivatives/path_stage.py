@@ -13,36 +13,74 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..._core import derive_path
+from ...errors import InputError
+from ...scene.law import RESTITUTIONS
 from .building import Builder
 from .hits import HitFound
 from .linear import ModeStage, Passing, Touching
-from .path_law import PathDerivative
 from .stage import Loads
+from .state_rows import RowBlock
 
-__all__ = ["BLOCK", "PathStage", "change_of_block"]
+__all__ = ["BLOCK", "PathDerivative", "PathStage", "change_of_block", "path_derivative"]
 
 # The entries of W as the law takes them.
 BLOCK = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+# Why a small change of the parameters may lead another way, as the core counts them.
+_EDGES = (
+    "what has stuck is at the edge of its cone",
+    "slip ends just as the compression or the impact does",
+    "it hardly slips when it meets",
+)
 
 
-def change_of_block(builder: Builder, hit: HitFound, touching: list[Touching]) -> np.ndarray:
+class PathDerivative(NamedTuple):
+    """P (3,), its derivatives (3, 12), and why a small change may lead another way.
+
+    The parameters are W (as in ``BLOCK``), the velocity at the start, u_n⁻, e and µ.
+    """
+
+    impulse: np.ndarray
+    table: np.ndarray
+    edges: tuple[str, ...]
+
+
+def path_derivative(
+    W: np.ndarray, free: np.ndarray, before: float, e: float, mu: float, law: str
+) -> PathDerivative:
+    """The impulse of one contact that is followed along its path, and its derivatives.
+
+    Args:
+        W: (3, 3) [1/kg].
+        free: (3,) the velocity at the start [m/s], which approaches.
+        before: u_n⁻ [m/s], of which Newton's law wants −e back.
+        e, mu: restitution and friction.
+        law: "newton", "poisson" or "stronge".
+
+    Raises:
+        InputError: friction presses the contact in again, or holds all that moves.
+    """
+    impulse, table, edges, is_drawn_in = derive_path(
+        np.ascontiguousarray(W), before, free, e, mu, RESTITUTIONS.index(law)
+    )
+    if is_drawn_in:
+        raise InputError(
+            "derivatives: friction holds all that moves, or draws the contact in again (Painlevé); "
+            "there the impulse has no derivative of this kind"
+        )
+    told = tuple(words for k, words in enumerate(_EDGES) if edges >> k & 1)
+    return PathDerivative(impulse, table.reshape(3, -1), told)
+
+
+def change_of_block(builder: Builder, hit: HitFound, point: RowBlock) -> np.ndarray:
     """(6, nv) ∂W/∂q of the contact that is hit."""
-    point = touching[hit.point].rows
     ways, borne = hit.response.T, hit.borne.T
     by_rows, by_held, loads = [], [], []
     for j in range(3):
-        x = np.ascontiguousarray(ways[j])
-        changes = builder.changes(x, touching)
-        count = len(changes) - len(touching)
-        own = changes[count + hit.point]
-        by_rows.append(np.zeros((3, len(x))) if own is None else own)
-        by_held.append(builder.held_changes(changes[:count]))
-        pulls = builder.pulls_of(borne[j])
-        loads.append(builder.load(x, [*pulls, (point, np.eye(3)[j])]))
-    rows = []
-    for i, j in BLOCK:
-        rows.append(ways[i] @ loads[j] + by_rows[j][i] + borne[i] @ by_held[j])
-    return np.array(rows)
+        by_rows.append(point.change_of_velocity(ways[j]))
+        by_held.append(builder.held.change_of_velocity(ways[j]))
+        loads.append(builder.load(ways[j], [(builder.held, borne[j]), (point, np.eye(3)[j])]))
+    return np.array([ways[i] @ loads[j] + by_rows[j][i] + borne[i] @ by_held[j] for i, j in BLOCK])
 
 
 class PathStage(NamedTuple):

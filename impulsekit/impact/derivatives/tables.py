@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..result import Impact
-from .linear import Columns, Passing, Rows, Touching
+from .linear import Columns, Passing, Touching
 from .result import Derivatives, ImpulseDerivatives
 from .status import DerivativeStatus
 from .workspace import Workspace
@@ -55,7 +55,6 @@ def told(
     workspace: Workspace,
     passed: Passing,
     touching: Sequence[Touching],
-    bilateral: Sequence[Rows],
     null: np.ndarray,
     edges: tuple[str, ...],
     by_inertia: Callable[[int], np.ndarray],
@@ -92,7 +91,7 @@ def told(
         }
 
     def of_constraints() -> dict[str, ImpulseDerivatives]:
-        return parts(_constraint_tables(impact, workspace, bilateral, passed.multipliers, null))
+        return parts(_constraint_tables(impact, workspace, passed.multipliers, null))
 
     def of_contacts() -> dict[str, ImpulseDerivatives]:
         return parts(_contact_tables(impact, workspace, touching, passed.contacts, columns, nv))
@@ -133,7 +132,6 @@ def parts_of(
 def _constraint_tables(
     impact: Impact,
     workspace: Workspace,
-    bilateral: Sequence[Rows],
     multipliers: np.ndarray,
     null: np.ndarray,
 ) -> dict[str, np.ndarray]:
@@ -144,15 +142,12 @@ def _constraint_tables(
     """
     outcome = impact.outcome
     tables = {}
-    at = 0
-    for name, rows in zip(workspace.constraint_names, bilateral, strict=True):
-        where = slice(at, at + len(rows.matrix))
+    for name, where in zip(workspace.constraint_names, workspace.flat.slices, strict=True):
         table = multipliers[where]
         if outcome is not None and outcome.unique is not None:
             table = table.copy()
             table[~outcome.unique[where] & ~null[where]] = np.nan
         tables[name] = table
-        at = where.stop
     return tables
 
 
@@ -183,11 +178,9 @@ def _contact_tables(
         if touch.axes is None:
             table = touch.jacobian[2].sum() * given[2:]
         else:
-            table = given if point.rows.is_level else touch.axes.dot(given)
-            turned = point.rows.turned(touch.axes.dot(found[i]))
-            if turned is not None:
-                table = table.copy() if table is given else table
-                table[:, :nv] += turned
+            table = touch.axes.dot(given)
+            if point.rows.axes_by_q is not None:
+                table[:, :nv] += (point.rows.axes_by_q @ found[i]).T
         if unique is not None and not unique[i]:
             table = np.full_like(table, np.nan)
         name = workspace.contact_names[point.entry]

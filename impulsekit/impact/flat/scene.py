@@ -33,7 +33,14 @@ from .model import FlatModel, flat_model_of
 if TYPE_CHECKING:
     from ...rows.bodies import Bodies
 
-__all__ = ["FlatScene", "check_directions", "flat_of", "flat_scene", "place_numbers"]
+__all__ = [
+    "FlatScene",
+    "Flattening",
+    "check_directions",
+    "flat_of",
+    "flat_scene",
+    "place_numbers",
+]
 
 CARRIERS = ("world", "first", "other", "line")
 
@@ -90,17 +97,22 @@ class FlatScene:
 
     def meeting_points(self, q: np.ndarray) -> list[Meeting]:
         """The points at which bodies meet that the core does not know."""
+        placement_of = self.placements(q)
+        return [
+            (entry, point.position, point.normal, point.gap)
+            for entry, points_at in self.meetings
+            for point in points_at(placement_of)
+        ]
+
+    def placements(self, q: np.ndarray) -> Callable[[int], pin.SE3]:
+        """A function that gives the placement of a joint in the world at q."""
         places = self.model.core.placements(q).reshape(-1, 12)
 
         def placement_of(joint_id: int) -> pin.SE3:
             numbers = places[self.model.bodies[joint_id]]
             return pin.SE3(numbers[:9].reshape(3, 3), numbers[9:])
 
-        return [
-            (entry, point.position, point.normal, point.gap)
-            for entry, points_at in self.meetings
-            for point in points_at(placement_of)
-        ]
+        return placement_of
 
     def rows(
         self,
@@ -150,7 +162,7 @@ def flat_of(scene: Scene) -> FlatScene:
 
 def flat_scene(scene: Scene, model: FlatModel | None = None) -> FlatScene:
     """The scene in the core. ``model``: of its robot, if that is there already."""
-    return _Flattening(scene, model or flat_model_of(scene.robot)).done()
+    return Flattening(scene, model or flat_model_of(scene.robot)).done()
 
 
 def place_numbers(placement: pin.SE3) -> np.ndarray:
@@ -161,7 +173,7 @@ def place_numbers(placement: pin.SE3) -> np.ndarray:
 _flats: KeptByScene[FlatScene] = KeptByScene(flat_scene)
 
 
-class _Flattening:
+class Flattening:
     """A scene on its way into the core."""
 
     def __init__(self, scene: Scene, model: FlatModel) -> None:
@@ -174,8 +186,7 @@ class _Flattening:
 
     def done(self) -> FlatScene:
         names, slices, vectors = self._hold()
-        for index, entry in enumerate(self._scene.contacts):
-            self._ends.append(self._touch(entry, index))
+        self._touch_all()
         impulses, order = self._strike()
         return FlatScene(
             self._model, self._core, names, slices, vectors, tuple(self._functions),
@@ -271,6 +282,10 @@ class _Flattening:
             self._site(said.first), self._site(said.other), said.coincides,
             CARRIERS.index(said.carrier), np.ascontiguousarray(said.axes),
         )  # fmt: skip
+
+    def _touch_all(self) -> None:
+        for index, entry in enumerate(self._scene.contacts):
+            self._ends.append(self._touch(entry, index))
 
     def _touch(self, entry: Any, index: int) -> Ends:
         core, robot = self._core, self._robot
