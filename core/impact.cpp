@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <optional>
 
 #include "arena.hpp"
-#include "laws/bilateral.hpp"
+#include "held_mass.hpp"
 #include "laws/dense.hpp"
 #include "laws/simultaneous.hpp"
 #include "laws/tolerances.hpp"
-#include "mass.hpp"
 
 namespace impulsekit {
 namespace {
@@ -83,63 +82,35 @@ class Impact {
         }
     }
 
-    // Factor M, or M + UᵀU with the bilateral rows U of unit length where M alone is singular: with
-    // A Δv = c prescribed, (M + UᵀU) Δv = I + Uᵀ u + Aᵀλ has the same solution.
     bool factor_mass() {
-        int weak = 0;
         right_ = scratch().take(nv_);
         if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, right_);
         asked_ = scratch().take(m_);
         for (int r = 0; r < m_; ++r) asked_[r] = p_.target[r] - dot(p_.A + r * nv_, p_.v, nv_);
-        if (mass_.factor(M_, p_.parent, nv_, &weak)) return true;
-        if (m_ > 0 && fill_mass()) return true;
+        mass_.emplace(M_, p_.parent, nv_, HeldRows{m_, p_.A, p_.vectors, p_.wider});
+        mass_->fill(asked_, right_);
+        half_ = mass_->half();
+        held_ = mass_->rows();
+        if (mass_->weak() < 0) return true;
         s_.failure = ImpactSolution::Failure::singular_mass;
-        s_.failed.assign(1, weak);
+        s_.failed.assign(1, mass_->weak());
         return false;
-    }
-
-    bool fill_mass() {
-        double* M = scratch().take(nv_ * nv_);
-        std::copy(M_, M_ + nv_ * nv_, M);
-        double heaviest = 0.0;
-        for (int k = 0; k < nv_; ++k) heaviest = std::max(heaviest, M_[k * nv_ + k]);
-        for (int r = 0; r < m_; ++r) {
-            const double* row = p_.A + r * nv_;
-            double size = 0.0;
-            for (int k = 0; k < nv_; ++k) {
-                double own = M_[k * nv_ + k];
-                size += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
-            }
-            if (!(size > 0.0)) continue;
-            for (int i = 0; i < nv_; ++i) {
-                right_[i] += row[i] * asked_[r] / size;
-                for (int j = 0; j < nv_; ++j) M[i * nv_ + j] += row[i] * row[j] / size;
-            }
-        }
-        int* dense = scratch().take_int(nv_);
-        for (int k = 0; k < nv_; ++k) dense[k] = k - 1;
-        is_filled_ = true;
-        return mass_.factor(M, dense, nv_);
     }
 
     // λ that brings the bilateral rows to their targets without contacts.
     bool hold() {
         start_ = scratch().take(nv_);
         std::copy(right_, right_ + nv_, start_);
-        mass_.half(start_);
+        mass_->mass().half(start_);
         blow_ = scratch().take(nv_);
         std::copy(start_, start_ + nv_, blow_);
         if (m_ == 0) return true;
-        half_ = scratch().take(m_ * nv_);
-        std::copy(p_.A, p_.A + m_ * nv_, half_);
-        for (int r = 0; r < m_; ++r) mass_.half(half_ + r * nv_);
-        held_ = std::make_unique<BilateralRows>(half_, m_, nv_, p_.vectors, p_.wider);
         s_.nearly_dependent = held_->nearly_dependent();
         s_.unique = held_->unique();
         double *wanted = scratch().take(m_), *lacking = scratch().take(m_);
         double* free = scratch().take(nv_);
         std::copy(start_, start_ + nv_, free);
-        mass_.rest(free);
+        mass_->mass().rest(free);
         double speed = 0.0;
         for (int r = 0; r < m_; ++r) {
             const double* row = half_ + r * nv_;
@@ -186,17 +157,17 @@ class Impact {
         double* moved = scratch().take(nv_);
         if (rows_ == 0) {
             std::copy(start_, start_ + nv_, s_.dv.data());
-            mass_.rest(s_.dv.data());
+            mass_->mass().rest(s_.dv.data());
             return true;
         }
         half_contacts_ = scratch().take(rows_ * nv_);
         double *left = scratch().take(rows_ * nv_), *free = scratch().take(rows_);
         std::copy(p_.J, p_.J + rows_ * nv_, half_contacts_);
-        for (int r = 0; r < rows_; ++r) mass_.half(half_contacts_ + r * nv_);
+        for (int r = 0; r < rows_; ++r) mass_->mass().half(half_contacts_ + r * nv_);
         std::copy(half_contacts_, half_contacts_ + rows_ * nv_, left);
         for (int r = 0; r < rows_; ++r)
             free[r] = s_.before[r] + dot(half_contacts_ + r * nv_, start_, nv_);
-        if (held_) leave_held(left, free);
+        leave_held(left, free);
         W_ = scratch().take(rows_ * rows_);
         for (int i = 0; i < rows_; ++i)
             for (int j = 0; j <= i; ++j)
@@ -218,25 +189,20 @@ class Impact {
 
     // Contact rows less what the bilateral rows hold; what these hold wholly stays as they want.
     void leave_held(double* left, double* free) {
-        const double bar = held_->rounding_of_span();
-        for (int first = 0; first < rows_; first += 3) {
-            double size = 0.0, speed = 0.0;
-            for (int r = first; r < first + 3; ++r) {
-                const double* row = half_contacts_ + r * nv_;
-                size = std::max(size, dot(row, row, nv_));
-                double own = terms_of(p_.J + r * nv_, p_.v, s_.dv.data(), nv_);
-                for (int k = 0; k < nv_; ++k) own += std::abs(row[k] * start_[k]);
+        const std::vector<char> held = mass_->leave_held(half_contacts_, rows_, left);
+        const double bar = held_ ? held_->rounding_of_span() : 0.0;
+        for (int r = 0; r < rows_; ++r) {
+            if (!held[r]) continue;
+            double speed = 0.0;
+            for (int k = r - r % 3; k < r - r % 3 + 3; ++k) {
+                const double* row = half_contacts_ + k * nv_;
+                double own = terms_of(p_.J + k * nv_, p_.v, s_.dv.data(), nv_);
+                for (int i = 0; i < nv_; ++i) own += std::abs(row[i] * start_[i]);
                 speed = std::max(speed, own);
             }
-            for (int r = first; r < first + 3; ++r) {
-                double* row = left + r * nv_;
-                held_->project_off(row);
-                if (dot(row, row, nv_) > bar * bar * size) continue;
-                std::fill(row, row + nv_, 0.0);
-                // The sign of rounding must not say that what is held approaches.
-                if (std::abs(free[r]) <= bar * speed) free[r] = 0.0;
-                if (std::abs(s_.before[r]) <= bar * speed) s_.before[r] = 0.0;
-            }
+            // The sign of rounding must not say that what is held approaches.
+            if (std::abs(free[r]) <= bar * speed) free[r] = 0.0;
+            if (std::abs(s_.before[r]) <= bar * speed) s_.before[r] = 0.0;
         }
     }
 
@@ -261,7 +227,7 @@ class Impact {
             }
         }
         std::copy(moved, moved + nv_, s_.dv.data());
-        mass_.rest(s_.dv.data());
+        mass_->mass().rest(s_.dv.data());
     }
 
     // Where W P has lost digits the law is solved again with the velocities that Δv makes.
@@ -285,14 +251,14 @@ class Impact {
 
     // Δv once more from what M Δv lacks.
     void sharpen() {
-        if (is_filled_) return;
+        if (mass_->is_filled()) return;
         Arena::Scope scope(scratch());
         double* left = scratch().take(nv_);
         if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, left);
         add_transposed(p_.A, m_, nv_, s_.multipliers.data(), left);
         add_transposed(p_.J, rows_, nv_, s_.contact.impulse.data(), left);
         for (int i = 0; i < nv_; ++i) left[i] -= dot(M_ + i * nv_, s_.dv.data(), nv_);
-        mass_.solve(left);
+        mass_->mass().solve(left);
         for (int i = 0; i < nv_; ++i) s_.dv[i] += left[i];
     }
 
@@ -301,7 +267,7 @@ class Impact {
         for (int r = 0; r < m_; ++r)
             if (p_.locks && p_.locks[r] >= 0 && s_.unique[r])
                 s_.dv[p_.locks[r]] = asked_[r] / p_.A[r * nv_ + p_.locks[r]];
-        if (is_filled_) balance_locks();
+        if (mass_->is_filled()) balance_locks();
         measure();
         if (p_.law.restitution == Restitution::newton && p_.law.slip == Slip::end &&
             p_.law.order == Order::simultaneous)
@@ -387,7 +353,7 @@ class Impact {
         double work = 0.0, size = 0.0, by_blows = 0.0;
         double* blow = scratch().take(nv_);
         std::copy(right_, right_ + nv_, blow);
-        mass_.solve(blow);
+        mass_->mass().solve(blow);
         auto add = [&](const double* row, double impulse) {
             double before = dot(row, p_.v, nv_), change = dot(row, s_.dv.data(), nv_);
             double blown = dot(row, blow, nv_);
@@ -407,11 +373,11 @@ class Impact {
     ImpactSolution& s_;
     const int nv_, m_, rows_;
     Arena::Scope scope_;
-    MassFactor mass_;
-    std::unique_ptr<BilateralRows> held_;
-    bool is_filled_ = false;
+    std::optional<HeldMass> mass_;
+    const BilateralRows* held_ = nullptr;
+    const double* half_ = nullptr;
     double *M_ = nullptr, *blow_ = nullptr;
-    double *right_ = nullptr, *asked_ = nullptr, *start_ = nullptr, *half_ = nullptr;
+    double *right_ = nullptr, *asked_ = nullptr, *start_ = nullptr;
     double *half_contacts_ = nullptr, *W_ = nullptr;
 };
 

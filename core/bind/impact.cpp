@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "bind/given_scene.hpp"
-#include "laws/bilateral.hpp"
 #include "scene_impact.hpp"
 
 namespace nb = nanobind;
@@ -34,6 +33,8 @@ SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array
 
 }  // namespace
 }  // namespace impulsekit
+
+void bind_held_mass(nb::module_& module);
 
 void bind_impact(nb::module_& module) {
     using namespace impulsekit;
@@ -75,40 +76,7 @@ void bind_impact(nb::module_& module) {
         .def_ro("momentum_residual", &S::momentum_residual)
         .def_ro("constraint_residual", &S::constraint_residual)
         .def_ro("contact_residual", &S::contact_residual);
-    using Rows = BilateralRows;
-    nb::class_<Rows>(module, "BilateralRows", "Half-solved bilateral rows and their rank.")
-        .def(
-            "__init__",
-            [](Rows* self, const Array& half, const Integers& vectors) {
-                if (half.ndim() != 2) throw nb::value_error("half: two dimensions are wanted");
-                const int m = static_cast<int>(half.shape(0)), nv = static_cast<int>(half.shape(1));
-                new (self) Rows(half.data(), m, nv, data_of(vectors, half.shape(0), "vectors"));
-            },
-            nb::arg("half"), nb::arg("vectors"))
-        .def_prop_ro("rank", &Rows::rank)
-        .def_prop_ro("nearly_dependent", &Rows::nearly_dependent)
-        .def_prop_ro("order", &Rows::order)
-        .def_prop_ro(
-            "unique", [](const Rows& r) { return array_of(r.unique()); }, kCopy)
-        .def_prop_ro("rounding_of_span", &Rows::rounding_of_span)
-        .def(
-            "solve",
-            [](const Rows& r, const Array& wanted) {
-                std::vector<double> impulse(r.count()), lacking(r.count());
-                r.solve(data_of(wanted, r.count(), "wanted"), impulse.data(), lacking.data());
-                return nb::make_tuple(array_of(impulse), array_of(lacking));
-            },
-            nb::arg("wanted"),
-            "Return the impulses of least norm, and what dependent rows lack of what is wanted.")
-        .def(
-            "project_off",
-            [](const Rows& r, const Array& row) {
-                const double* given = data_of(row, r.size(), "row");
-                std::vector<double> left(given, given + r.size());
-                r.project_off(left.data());
-                return array_of(left);
-            },
-            nb::arg("row"), kCopy, "Return a half-solved row less its part in the span.");
+    bind_held_mass(module);
     nb::class_<SceneImpact>(module, "SceneImpact",
                             "An impact of a scene, with the rows of its state.")
         .def_ro("rows", &SceneImpact::rows)

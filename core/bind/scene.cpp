@@ -257,6 +257,8 @@ void bind_scene(nb::module_& module) {
             "target", [](const StateRows& r) { return array_of(r.target); }, nb::rv_policy::move)
         .def_prop_ro(
             "J", [](const StateRows& r) { return array_of(r.J); }, nb::rv_policy::move)
+        .def_prop_ro(
+            "wider", [](const StateRows& r) { return array_of(r.wider); }, nb::rv_policy::move)
         .def_ro("yielded", &StateRows::yielded)
         .def_prop_ro("turning_of", [](const StateRows& r) { return r.turning_of; })
         .def_prop_ro("entries",

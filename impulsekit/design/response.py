@@ -16,7 +16,6 @@ import numpy as np
 from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
 from ..impact import ImpactSolver
-from ..impact.elimination import Elimination
 from ..impact.mechanics import Mechanics
 from ..impact.singular import refuse_massless
 from ..robot import Robot, state
@@ -56,11 +55,8 @@ class Response:
         if not self.scene.constraints:
             refuse_massless(self.robot, self.robot.joint_names)
             return self._loose
-        rows = mechanics.constraint_matrix
-        half = mechanics.factor.half(rows, unit)
-        held = Elimination(half[:, : len(rows)], (), mechanics.flat.vectors)
-        free = held.off_the_span(half[:, len(rows) :])
-        return free.T @ free
+        free = mechanics.held_mass.off_held(unit).reshape(unit.shape)
+        return free @ free.T
 
     def point_mobility(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3, 3) G = J H Jᵀ, and (3, 3) the same of the robot that nothing holds.
@@ -73,8 +69,9 @@ class Response:
     @cached_property
     def _loose(self) -> np.ndarray:
         """(nv, nv) of the size of H, where no rows take anything away."""
-        root = self.mechanics.factor.half(np.eye(self.robot.nv))
-        return root.T @ root
+        unit = np.eye(self.robot.nv)
+        root = self.mechanics.held_mass.half(unit).reshape(unit.shape)
+        return root @ root.T
 
     def point_jacobian(self, frame: str, at: Any) -> np.ndarray:
         """(3, nv) of a point of a frame, world axes."""

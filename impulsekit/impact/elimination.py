@@ -13,11 +13,10 @@ import numpy as np
 
 from .._core import BilateralRows
 from ..errors import ContradictionError
+from .held_mass import CONTRADICTION
 
 __all__ = ["BilateralSolution", "Elimination", "refuse_contradiction"]
 
-# What dependent rows may disagree by, relative to the velocities they speak of.
-CONTRADICTION = 1e-6
 # Rows that miss by this share of the worst are named with it, so many at most.
 NAMED, MOST_NAMED = 0.1, 6
 

@@ -13,11 +13,11 @@ from ..robot.model_checks import check_capacity
 from ..rows.entries import Site
 from ..scene import AppliedImpulse
 from ..scene.scene import KeptByThread
-from .factor import DenseFactor
 from .flat.scene import flat_of
-from .responses import Responses, responses
+from .held_mass import Responses, held_mass
 
 if TYPE_CHECKING:
+    from .._core import HeldMass, StateRows
     from ..scene import Scene
     from .flat.scene import FlatScene
 
@@ -73,9 +73,13 @@ class Mechanics:
         return flat_of(self.scene)
 
     @cached_property
+    def _rows(self) -> StateRows:
+        return self.flat.rows(self.q, self._v)
+
+    @cached_property
     def constraint_matrix(self) -> np.ndarray:
         """(m, nv) A at q."""
-        return self.flat.rows(self.q, self._v).A.reshape(-1, self.model.nv)
+        return self._rows.A.reshape(-1, self.model.nv)
 
     @cached_property
     def _placements(self) -> list[pin.SE3]:
@@ -107,21 +111,17 @@ class Mechanics:
         )
 
     @cached_property
-    def factor(self) -> DenseFactor:
-        """Of M, filled up by the bilateral rows where it is singular without them.
+    def held_mass(self) -> HeldMass:
+        """M under the bilateral rows, filled up by them where it is singular without.
 
         Raises:
             SingularMassError: they do not make up for what M lacks.
         """
-        rows = self.constraint_matrix if self.scene.held else None
-        singular = bool(self.scene.robot.massless_motions)
-        return DenseFactor(self.model, self.mass_matrix, rows, singular=singular)
+        return held_mass(self.model, self.flat, self.mass_matrix, self._rows.A, self._rows.wider)
 
     def responses(self, points: np.ndarray) -> Responses:
         """What unit impulses on points' rows (3n, nv) do where the bilateral rows hold."""
-        if not self.scene.held:
-            return responses(self.factor, np.empty((0, self.model.nv)), points, ())
-        return responses(self.factor, self.constraint_matrix, points, self.flat.vectors)
+        return Responses.of(self.held_mass, points)
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
         """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].

@@ -37,7 +37,7 @@ def test_every_instruction_set_gives_the_same_bits(solo, struck, monkeypatch):
     found = []
     for name in modules():
         module = importlib.import_module(name)
-        monkeypatch.setattr(batches, "_kernels", lambda module=module: module)
+        monkeypatch.setattr(batches, "widest_core", lambda module=module: module)
         found += [ik.solve_batch(scene, q, v, threads=threads).v_after for threads in (1, 3)]
     assert all(np.array_equal(found[0], other) for other in found[1:])
 

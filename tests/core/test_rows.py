@@ -186,7 +186,7 @@ def test_points_on_planes(robot, against):
     q, v = random_state(robot, 5)
     normal = np.array([0.3, -0.5, 0.7])
     turning = {"rolling": 0.1, "torsion": 0.2}
-    friction = ik.scene.friction.EllipticFriction(0.5, 0.2, along=(1, 2, 0))
+    friction = ik.scene.coefficients.EllipticFriction(0.5, 0.2, along=(1, 2, 0))
     on = {"at": AT, "normal": normal, "origin": ELSEWHERE, "against": against}
     scene = ik.Scene(
         robot,

@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..factor import DenseFactor
+from ..._core import HeldMass
+from ..held_mass import held_mass
 from .linear import ModeStage, Touching
 from .modes import ContactMode
 from .stage import Loads, Stage
@@ -35,16 +36,10 @@ class Builder:
         )
 
     @cached_property
-    def factor(self) -> DenseFactor:
-        """The factor of M, filled up by the bilateral rows where it is singular."""
-        workspace = self._workspace
-        return DenseFactor(
-            workspace.model,
-            self.rows.masses,
-            self.held.matrix,
-            regular=workspace.always_regular,
-            singular=workspace.singular,
-        )
+    def held_mass(self) -> HeldMass:
+        """M under the bilateral rows, filled up by them where it is singular."""
+        workspace, rows = self._workspace, self.held.matrix
+        return held_mass(workspace.model, workspace.flat, self.rows.masses, rows)
 
     def load(self, change: np.ndarray, pulls: Sequence[tuple[RowBlock, np.ndarray]]) -> np.ndarray:
         """(nv, nv) ∂(Gᵀp − M Δv)/∂q under impulses p on rows G, with Δv (nv,) as it is."""
@@ -82,7 +77,7 @@ class Builder:
         if newton:
             self._shift(rates, entering, start, starts, touching, carrying)
         system = Stage(
-            self.factor,
+            self.held_mass,
             matrix,
             len(self.held.matrix),
             [modes[i] for i in carrying],

@@ -138,9 +138,7 @@ class Derivation:
         nothing = [np.zeros(3)] * len(self.touching)
         hits = follow_hits(
             law,
-            self.builder.factor,
-            self.builder.held.matrix,
-            self.workspace.vectors,
+            self.builder.held_mass,
             self.touching,
             [names[point.entry] for point in self.touching],
             self.v,

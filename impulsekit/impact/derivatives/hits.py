@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..._core import HeldMass
 from ...errors import InputError
 from ...scene import Law
 from ..contact_law import ContactProblem, hits_of
-from ..factor import DenseFactor
-from ..responses import responses
+from ..held_mass import Responses
 from .linear import Touching
 from .modes import EDGE
 
@@ -75,9 +75,7 @@ class Hits:
 
 def follow_hits(
     law: Law,
-    factor: DenseFactor,
-    bilateral: np.ndarray,
-    vectors: Sequence[int],
+    held_mass: HeldMass,
     touching: Sequence[Touching],
     names: Sequence[str],
     before: np.ndarray,
@@ -89,8 +87,7 @@ def follow_hits(
     """The hits that make up an impact.
 
     Args:
-        factor: of M.
-        bilateral: (m, nv) rows. vectors: which of them are axes of one velocity.
+        held_mass: M under the bilateral rows.
         names: of the touching points.
         before, after: (nv,) v⁻ and v⁺.
         multipliers: (m,) λ in all.
@@ -101,7 +98,7 @@ def follow_hits(
         InputError: there are too many hits to follow.
     """
     rows = np.concatenate([point.rows.matrix for point in touching])
-    system = responses(factor, bilateral, rows, vectors)
+    system = Responses.of(held_mass, rows)
     total = np.concatenate(impulses)
     free = after - system.moved @ total
     problem = ContactProblem(
@@ -131,7 +128,7 @@ def follow_hits(
             )
         found.append(HitFound(i, velocity, following, share, borne @ share, block, response, borne))
         velocity = following
-    held = multipliers - sum((hit.multipliers for hit in found), np.zeros(len(bilateral)))
+    held = multipliers - sum((hit.multipliers for hit in found), np.zeros(len(multipliers)))
     return Hits(free, held, tuple(found), tuple(edges))
 
 

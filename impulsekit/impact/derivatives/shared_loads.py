@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..factor import DenseFactor
-from ..responses import responses
+from ..._core import HeldMass
+from ..held_mass import Responses
 from .modes import ContactMode
 
 if TYPE_CHECKING:
@@ -35,24 +35,22 @@ class EvenShares(NamedTuple):
 
 
 def even_shares(
-    factor: DenseFactor,
+    held_mass: HeldMass,
     matrix: np.ndarray,
-    vectors: np.ndarray,
     bilateral: int,
     modes: Sequence[ContactMode],
 ) -> EvenShares | None:
     """Springs that keep shares of load even where contacts slip; None where nothing is shared.
 
     Args:
-        factor: of M. matrix: (r, nv) bilateral rows, then three for each contact.
-        vectors: which of the ``bilateral`` first rows are axes of one velocity.
+        held_mass: M under the bilateral rows.
+        matrix: (r, nv) these, ``bilateral`` in number, then three for each contact.
     """
     pressing = [i for i, mode in enumerate(modes) if not mode.held]
     if len(pressing) < 2 or all(modes[i].sticking for i in pressing):
         return None
     rows = np.array([bilateral + 3 * i + 2 for i in pressing])
-    held = matrix[:bilateral], matrix[bilateral:], vectors[:bilateral].tolist()
-    delassus = responses(factor, *held).delassus
+    delassus = Responses.of(held_mass, matrix[bilateral:]).delassus
     own = delassus[np.ix_(rows - bilateral, rows - bilateral)]
     if not (own.diagonal() > 0.0).all():
         return None

@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
+from ..._core import BilateralRows, HeldMass
 from ...tolerances import NONZERO
-from ..elimination import CONTRADICTION, Elimination
-from ..factor import DenseFactor
+from ..held_mass import CONTRADICTION
 from .modes import ContactMode
 from .shared_loads import even_shares
 
@@ -81,7 +81,7 @@ class Stage:
 
     def __init__(
         self,
-        factor: DenseFactor,
+        held_mass: HeldMass,
         rows: np.ndarray,
         bilateral: int,
         modes: Sequence[ContactMode],
@@ -91,37 +91,30 @@ class Stage:
         vectors: Sequence[int] = (),
         velocities: tuple[np.ndarray, np.ndarray],
     ) -> None:
-        self._factor, self.rows, self._bilateral = factor, rows, bilateral
+        self._held, self.rows, self._bilateral = held_mass, rows, bilateral
         self._velocities = velocities
         # Each row of a contact stands for itself.
-        self._vectors = np.array([*vectors[:bilateral], *range(bilateral, len(rows))], dtype=int)
+        singles = range(bilateral, len(rows))
+        self._vectors = np.array([*vectors[:bilateral], *singles], dtype=np.int32)
         count = len(rows)
         self.loads = loads
         self._solved: Loads = ()
-        if factor.is_filled:
-            self._moved = factor.solve(rows.T)
+        if held_mass.is_filled:
+            self._moved = self._solve(rows.T)
         else:
             # One solve for the rows and all loads.
-            width = count
-            for _, load in loads:
-                width += load.shape[1]
-            right = np.empty((rows.shape[1], width), order="F")
-            right[:, :count] = rows.T
-            at = count
-            parts = []
-            for where, load in loads:
-                until = at + load.shape[1]
-                right[:, at:until] = load
-                parts.append((where, at, until))
-                at = until
-            solved = factor.solve(right)
+            solved = self._solve(np.hstack([rows.T, *(load for _, load in loads)]))
             self._moved = solved[:, :count]
-            self._solved = [(where, solved[:, i:j]) for where, i, j in parts]
+            at, parts = count, []
+            for where, load in loads:
+                parts.append((where, solved[:, at : at + load.shape[1]]))
+                at += load.shape[1]
+            self._solved = parts
         delassus = rows.dot(self._moved)
         # Of shared loads the rule is that of springs, as the core has it.
         self.even = None
-        if redundant and not factor.is_filled:
-            self.even = even_shares(factor, rows, self._vectors, bilateral, modes)
+        if redundant and not held_mass.is_filled:
+            self.even = even_shares(held_mass, rows, bilateral, modes)
         if self.even is not None:
             delassus[np.ix_(self.even.rows, self.even.rows)] += self.even.stiffness
         diagonal = delassus.diagonal()
@@ -145,6 +138,11 @@ class Stage:
         self._by_velocity = self._by_direct
         if self._mix is not None and self._by_direct is not None:
             self._by_velocity = self._by_direct.dot(self._mix)
+
+    def _solve(self, columns: np.ndarray) -> np.ndarray:
+        """(nv, w) M⁻¹ of columns (nv, w)."""
+        solved: np.ndarray = self._held.solve(np.ascontiguousarray(columns.T))
+        return solved.reshape(columns.shape[::-1]).T
 
     def _inverse(
         self, delassus: np.ndarray, own: np.ndarray | None, scale: np.ndarray
@@ -196,12 +194,13 @@ class Stage:
     def _dependent(self, demands: np.ndarray) -> np.ndarray:
         """(r,) True for demands that others already make."""
         chosen = np.flatnonzero(demands)
-        half = self._factor.half(self.rows[chosen])
+        half = self._held.half(self.rows[chosen]).reshape(len(chosen), self.rows.shape[1])
         if self.even is not None:
-            springs = np.zeros((len(self.even.rows), len(self.rows)))
-            springs[:, self.even.rows] = self.even.root
-            half = np.vstack([half, springs[:, chosen]])
-        left_out = Elimination(half, (), self._vectors[chosen].tolist()).left_out()
+            springs = np.zeros((len(self.rows), len(self.even.rows)))
+            springs[self.even.rows] = self.even.root.T
+            half = np.hstack([half, springs[chosen]])
+        ranked = BilateralRows(np.ascontiguousarray(half), self._vectors[chosen])
+        left_out = ranked.order[ranked.rank :]
         dependent = np.zeros(len(self.rows), dtype=bool)
         dependent[chosen[left_out]] = True
         return dependent
@@ -219,16 +218,18 @@ class Stage:
         """
         nv, width = self.rows.shape[1], given.shape[1]
         wanted = given.copy() if len(self._kept) else given
-        if self._factor.is_filled:
+        if self._held.is_filled:
             load = np.zeros((nv, width))
             for where, part in self.loads if loads is None else loads:
                 load[:, where] += part
-            filled = self._factor.filled(load, given[: self._bilateral])
-            free: Loads = [(slice(0, width), self._factor.solve(filled))]
+            unit = np.eye(self._bilateral)
+            filling = np.array([self._held.fill(row) for row in unit]).reshape(-1, nv)
+            filled = load + filling.T.dot(given[: self._bilateral])
+            free: Loads = [(slice(0, width), self._solve(filled))]
         elif loads is None:
             free = self._solved
         else:
-            free = [(where, self._factor.solve(part)) for where, part in loads]
+            free = [(where, self._solve(part)) for where, part in loads]
         if not len(self.rows):
             impulse = np.zeros((0, width))
             velocity = np.zeros((width, nv)).T

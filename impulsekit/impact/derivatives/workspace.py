@@ -30,15 +30,11 @@ class Workspace:
         blow_columns: by impulse of the scene, its columns behind those of q and v.
         width_of_state: how many columns are of q, v and the blows; redundant rows have to
             agree on them, while those of coefficients are told by NaN alone.
-        always_regular: whether M is regular at every configuration.
-        singular: whether it is singular at every one, so that bilateral rows have to fill it.
     """
 
     def __init__(self, scene: Scene) -> None:
         robot = scene.robot
         self.flat, self.model = flat_of(scene), robot.model
-        self.always_regular = robot.is_always_regular
-        self.singular = bool(robot.massless_motions)
         self.impulses = [
             np.array([*entry.linear, *entry.angular])
             if isinstance(entry, AppliedImpulse)
