@@ -57,7 +57,7 @@ class _Group(click.Group):
             if ctx.params.get("debug") or getattr(error, "errno", None) == errno.EPIPE:
                 raise
             if isinstance(error, ImpulsekitError | OSError):
-                click.echo(f"error: {_told(error)}", err=True)
+                click.echo(f"error: {_message(error)}", err=True)
                 ctx.exit(BAD_INPUT)
             click.echo(
                 f"bug: {type(error).__name__}: {error} (this is a fault of impulsekit "
@@ -87,7 +87,7 @@ def _show_warnings_once() -> None:
     warnings.simplefilter("always", AssumptionWarning)
 
 
-def _told(error: ImpulsekitError | OSError) -> str:
+def _message(error: ImpulsekitError | OSError) -> str:
     """An error in words; what the system says of a file, without its number."""
     if isinstance(error, ImpulsekitError) or not error.filename:
         return str(error)

@@ -143,7 +143,7 @@ def _robust_plane(
     """Huber's weights; standard deviations by the jackknife over recordings."""
     size = np.array([1.0, *np.maximum(rows[:, 1:3].std(axis=0), NARROW), 1.0, 1.0, 1.0])
     scaled = rows / size
-    basis = _told(scaled)
+    basis = _determined(scaled)
 
     def fitted(kept: np.ndarray) -> np.ndarray:
         weights = np.ones(int(kept.sum()))
@@ -168,7 +168,7 @@ def _robust_plane(
     return values, sigma
 
 
-def _told(rows: np.ndarray) -> np.ndarray:
+def _determined(rows: np.ndarray) -> np.ndarray:
     """(6, k) orthonormal directions of the unknowns that the rests tell apart.
 
     What height explains is not laid on slopes, and what these explain not on the offset.

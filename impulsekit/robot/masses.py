@@ -105,7 +105,7 @@ def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
             null, there = found, q
         if not found.shape[1]:
             return ()
-    return tuple(_told(model, there, null, dof) for dof in _outermost(null))
+    return tuple(_massless_motion(model, there, null, dof) for dof in _outermost(null))
 
 
 def _of_one_size(model: pin.Model) -> pin.Model:
@@ -150,7 +150,7 @@ def _outermost(null: np.ndarray) -> list[int]:
     return found
 
 
-def _told(model: pin.Model, q: np.ndarray, null: np.ndarray, dof: int) -> Massless:
+def _massless_motion(model: pin.Model, q: np.ndarray, null: np.ndarray, dof: int) -> Massless:
     """The joint of a degree of freedom and the link that moves in its motion."""
     joint_id = int(np.searchsorted(model.idx_vs[1:], dof, side="right"))
     while model.nvs[joint_id] == 0:

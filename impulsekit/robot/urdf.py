@@ -38,7 +38,7 @@ DUMMY = 1e-4
 NAMED = 3
 
 
-def told_if_impossible(links: Mapping[str, LinkInertial]) -> list[str]:
+def impossible_inertias(links: Mapping[str, LinkInertial]) -> list[str]:
     """A sentence on the links with a principal moment below zero or above the sum of the others.
 
     Args:
@@ -90,14 +90,16 @@ def read_rotors(robot: Element, joints: Sequence[UrdfJoint], source: str) -> Map
         if name not in moving:
             continue
         element = f'transmission of joint "{name}"'
-        inertia = _found(transmission, _INERTIA, source, element)
+        inertia = _number_of_rotor(transmission, _INERTIA, source, element)
         if inertia:
-            ratio = _found(transmission, _RATIO, source, element)
+            ratio = _number_of_rotor(transmission, _RATIO, source, element)
             rotors[str(name)] = inertia * (1.0 if ratio is None else ratio) ** 2
     return rotors
 
 
-def _found(parent: Element, names: tuple[str, ...], source: str, element: str) -> float | None:
+def _number_of_rotor(
+    parent: Element, names: tuple[str, ...], source: str, element: str
+) -> float | None:
     for child in parent.iter():
         tag = child.tag.rpartition("}")[2] if isinstance(child.tag, str) else ""
         if tag.lower() in names:
@@ -290,7 +292,7 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
 
         text = ElementTree.tostring(robot, encoding="unicode")
     # What stays as it is written.
-    assumed += told_if_impossible(inertials)
+    assumed += impossible_inertias(inertials)
     rotors = read_rotors(robot, joints, source)
     return UrdfText(text, path, name, inertials, joints, robot, tuple(assumed), rotors)
 
