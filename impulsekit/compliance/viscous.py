@@ -10,7 +10,6 @@ Hunt and Crossley's force is F = k δ^n (1 + λ δ'). With r = δ' and k δ^n d�
 the energy of the spring is U = m/λ² [L(λ c) − L(λ r)], L(x) = x − ln(1 + x) (Hunt & Crossley
 1975; Lankarani & Nikravesh 1990 keep its first terms). Where the force is largest,
 n λ r + (n + 1) L(λ r) = (n + 1) L(λ c).
-
 """
 
 from __future__ import annotations

@@ -3,7 +3,6 @@
 The wrench that a joint carries is linear in the blow: R = B(c) n for a unit blow n at a
 point c, and B is affine in c along a line. So the sparing point and the worst direction
 have closed forms.
-
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The response of a scene's robot to unit blows: effective mass, and its ellipsoid.
 
 Δv = H Jᵀp, with the mobility H = M⁻¹ − M⁻¹Aᵀ(A M⁻¹Aᵀ)⁺A M⁻¹ under bilateral rows A.
-
 """
 
 from __future__ import annotations

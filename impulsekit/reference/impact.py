@@ -11,7 +11,6 @@ the larger system are
 With relative speeds each unknown Λ_r stands alone in its own added equation: the first
 rows are those of the intact system, and the added ones say Λ_r = a_rp Δy_p − I_r, where a_rp Δy_p
 is the change of momentum along the freed speeds.
-
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@ M(q) is singular at every q where some motion leaves all bodies still that have 
 depends on the null spaces of the bodies' inertias and on the joints alone, not on how heavy
 anything is. So every inertia is brought to the size of the robot, which leaves a matrix whose
 rank is plain at configurations taken at random: what is singular there is so everywhere.
-
 """
 
 from __future__ import annotations

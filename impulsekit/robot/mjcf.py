@@ -2,7 +2,6 @@
 
 Pinocchio's own reader of MJCF takes the first tree of a file only and reads masses and
 defaults of some files otherwise than MuJoCo does; MuJoCo's compiler is what defines MJCF.
-
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 SDF places links in the model's frame and joints in their child link's frame; URDF hangs each
 link on its joint. Where the two differ a link without mass stands between.
-
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -30,9 +29,6 @@ from .sdf_elements import (
 )
 from .source import Loop
 from .urdf_repairs import repair_text
-
-if TYPE_CHECKING:
-    pass
 
 
 def loop_of(model: SdfElements, name: str) -> tuple[Loop, list[str]]:

@@ -3,7 +3,6 @@
 Pinocchio's reader is C++: a broken file gets one sentence for all faults there, and some
 take the interpreter down. This check names the element that is wrong, and Pinocchio gets
 only what has passed it, written anew: two readers of one text may understand it differently.
-
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 Each repair changes the parsed XML and returns a sentence that says what was assumed.
 What is not clear stays as it is, and the strict check that follows names it.
-
 """
 
 from __future__ import annotations

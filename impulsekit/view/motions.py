@@ -2,7 +2,6 @@
 
 An ``Impact`` is one instant. It is shown with a moment of coasting before and after it: joint
 speeds constant, loops and pins that held kept shut, without forces.
-
 """
 
 from __future__ import annotations
