@@ -32,7 +32,6 @@ from .source import RobotPart
 if TYPE_CHECKING:
     import mujoco
 
-SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf")
 # The outermost element stands behind comments and the XML declaration.
 _ASIDE = re.compile(rb"\s*(<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)", re.DOTALL)
 _ELEMENT = re.compile(rb"\s*<([A-Za-z_][\w.-]*)")
