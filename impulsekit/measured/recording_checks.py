@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -135,7 +135,6 @@ def check_joint_limits(
         InputError: joints lie far outside their limits, and within them in another unit.
     """
     model, notes = robot.model, []
-    far: list[tuple[str, float, str, list[str]]] = []
     for joint in list(model.joints)[1:]:
         if joint.nq != 1 or joint.nv != 1:
             continue
@@ -144,30 +143,28 @@ def check_joint_limits(
         if not (np.isfinite([low, high]).all() and low < high):
             continue
         name, own = str(model.names[joint.id]), q[:, joint.idx_q]
-        margin = OUTSIDE * (high - low)
-        past = np.maximum(low - own, own - high)
         slides = joint.shortname().removeprefix("JointModel").startswith("P")
-        units = LENGTHS if slides else ANGLES
         limits = f"{low:.4g} to {high:.4g} {'m' if slides else 'rad'}"
-        if past.max() > (WAYS * (high - low) if slides else TURN):
+        past, margin = np.maximum(low - own, own - high), OUTSIDE * (high - low)
+        most, value = float(past.max()), float(own[past.argmax()])
+        if most > (WAYS * (high - low) if slides else TURN):
             fits = [
                 words
-                for factor, words in units.items()
+                for factor, words in (LENGTHS if slides else ANGLES).items()
                 if (np.maximum(low - factor * own, factor * own - high) <= margin).all()
             ]
-            far.append((name, float(own[past.argmax()]), limits, fits))
-        elif past.max() > margin:
+            if fits:
+                raise InputError(
+                    f'{where}: joint "{name}" is at {value:.4g}, and its limits are {limits}; it '
+                    "lies within them in another unit: state "
+                    f"{' or '.join(fits)} in the RecordingFormat"
+                )
+            notes.append(f"joint {name} is at {value:.4g}, far outside its limits of {limits}")
+        elif most > margin:
             notes.append(
                 f"joint {name} is outside its limits of {limits} in "
-                f"{100.0 * np.mean(past > margin):.0f} % of the samples, by up to {past.max():.3g}"
+                f"{100.0 * np.mean(past > margin):.0f} % of the samples, by up to {most:.3g}"
             )
-    for name, value, limits, words in far:
-        if words:
-            raise InputError(
-                f'{where}: joint "{name}" is at {value:.4g}, and its limits are {limits}; it lies '
-                f"within them in another unit: state {' or '.join(words)} in the RecordingFormat"
-            )
-        notes.append(f"joint {name} is at {value:.4g}, far outside its limits of {limits}")
     for name, angle in angles.items():
         most = float(np.abs(angle).max())
         if most > TURNS:
@@ -227,16 +224,14 @@ def checked_velocities(
             if share < FINE:
                 continue
             limit = min(ALIKE, SHARE * share)
-            name = f'{where}: the {what} of joint "{model.names[joint.id]}"'
-            reason = _reason(rate[moving], mean[moving], limit)
-            if reason is None and what == "angular velocity":
-                turns = q[:-1, joint.idx_q + 3 :][moving, :4]
-                reason = _turned(turns, rate[moving], mean[moving], limit)
-                if reason is None:
-                    turns = q[:, joint.idx_q + 3 : joint.idx_q + 7]
-                    reason = _reordered(t, turns, mean, limit)
-            if reason is not None:
-                raise InputError(f"{name} does not match the rate of its positions: {reason}")
+            turns = q[:, joint.idx_q + 3 : joint.idx_q + 7] if what == "angular velocity" else None
+            for reason, other_rate, other in _readings(t, rate, mean, turns):
+                moving = np.linalg.norm(other_rate, axis=1) > NOISE_OF_RATES
+                if moving.sum() >= FEWEST and _apart(other_rate[moving], other[moving]) < limit:
+                    raise InputError(
+                        f'{where}: the {what} of joint "{model.names[joint.id]}" does not match '
+                        f"the rate of its positions: {reason}"
+                    )
             if share < APART:
                 continue
             notes.append(
@@ -251,37 +246,25 @@ def _apart(rate: np.ndarray, mean: np.ndarray) -> float:
     return float(np.median(np.linalg.norm(mean - rate, axis=1) / sizes))
 
 
-def _reason(rate: np.ndarray, mean: np.ndarray, limit: float) -> str | None:
+def _readings(
+    t: np.ndarray, rate: np.ndarray, mean: np.ndarray, quaternions: np.ndarray | None
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Other readings of velocities: what to say, and rates and velocities as they would be.
+
+    Args:
+        quaternions: (T, 4) of a body whose angular velocity it is; else None.
+    """
     for factor, words in FACTORS.items():
-        if _apart(rate, mean / factor) < limit:
-            return f"it looks {words}; state the units in the RecordingFormat"
-    return None
-
-
-def _turned(
-    quaternions: np.ndarray, rate: np.ndarray, mean: np.ndarray, limit: float
-) -> str | None:
-    """Return a reason if axes, or the order of the quaternion, are taken for others."""
-    axes = turns_of(quaternions)
-    in_world = np.einsum("tij,tj->ti", axes, mean)
-    to_body = np.einsum("tji,tj->ti", axes, mean)
-    if _apart(rate, to_body) < limit:
-        return "it looks as if given in world axes; call the column omega_world"
-    if _apart(rate, in_world) < limit:
-        return "it looks as if given in body axes; call the column omega_body"
-    return None
-
-
-def _reordered(
-    t: np.ndarray, quaternions: np.ndarray, mean: np.ndarray, limit: float
-) -> str | None:
-    """Return a reason if quaternions read in another order have the rate ``mean``."""
+        reason = f"it looks {words}; state the units in the RecordingFormat"
+        yield reason, rate, mean / factor
+    if quaternions is None:
+        return
+    axes = turns_of(quaternions[:-1])
+    reason = "it looks as if given in {0} axes; call the column omega_{0}"
+    yield reason.format("world"), rate, np.einsum("tji,tj->ti", axes, mean)
+    yield reason.format("body"), rate, np.einsum("tij,tj->ti", axes, mean)
+    reason = "the order of the quaternion looks as if it were the other one, xyzw or wxyz"
     for order in ([1, 2, 3, 0], [3, 0, 1, 2]):
         turns = turns_of(quaternions[:, order])
-        rates = np.array(
-            [pin.log3(turns[k].T @ turns[k + 1]) / (t[k + 1] - t[k]) for k in range(len(turns) - 1)]
-        )
-        moving = np.linalg.norm(rates, axis=1) > NOISE_OF_RATES
-        if moving.sum() >= FEWEST and _apart(rates[moving], mean[moving]) < limit:
-            return "the order of the quaternion looks as if it were the other one, xyzw or wxyz"
-    return None
+        ways = [pin.log3(turns[k].T @ turns[k + 1]) for k in range(len(turns) - 1)]
+        yield reason, np.array(ways) / np.diff(t)[:, None], mean
