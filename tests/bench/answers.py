@@ -9,8 +9,6 @@ from typing import Any
 from benchmarks.problems.problem import FOLDER, digest, kept, path_of
 from benchmarks.problems.registry import problems
 
-__all__ = ["decimals", "main"]
-
 # Integrated motions are not true to more.
 DIGITS, DIGITS_OF_MOTIONS = 50, 22
 

@@ -13,8 +13,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-__all__ = ["answers_of_one", "compression", "left_of_coulomb", "newton_shift", "struck_once"]
-
 # Directions that are tried, none of them along an axis.
 TURN = np.linspace(-np.pi, np.pi, 181) + 0.0123
 MOST_SWEEPS = 4000

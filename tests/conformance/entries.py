@@ -16,8 +16,6 @@ import pinocchio as pin
 
 import impulsekit as ik
 
-__all__ = ["ENTRIES", "FORCES", "Entry", "Pushed", "true_after"]
-
 ARM = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
 MASS, RADIUS, INERTIA = 0.5, 0.05, 0.0005

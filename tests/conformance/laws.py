@@ -11,8 +11,6 @@ from .mechanics import Mechanics
 from .path_laws import struck_along_path
 from .waves import waves
 
-__all__ = ["in_sequence", "left_of_law", "true_impulse"]
-
 # An approach of this share of the first is none.
 OVER = 1e-14
 

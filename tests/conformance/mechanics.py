@@ -13,8 +13,6 @@ import pinocchio as pin
 
 import impulsekit as ik
 
-__all__ = ["Mechanics", "mechanics_of"]
-
 WORLD_AXES = pin.LOCAL_WORLD_ALIGNED
 
 

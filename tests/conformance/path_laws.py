@@ -11,8 +11,6 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-__all__ = ["struck_along_path"]
-
 # Slip is followed down to this share of the largest velocity; less than the second is none.
 ENDED, NO_SLIP = 1e-14, 1e-11
 TOLERANCE = {"method": "DOP853", "rtol": 2e-13, "atol": 1e-15}

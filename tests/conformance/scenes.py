@@ -12,8 +12,6 @@ import pinocchio as pin
 
 import impulsekit as ik
 
-__all__ = ["SCENES", "Case"]
-
 
 @dataclass(frozen=True, eq=False)
 class Case:

@@ -11,8 +11,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-__all__ = ["waves"]
-
 OPEN, LOADS, UNLOADS = range(3)
 SMOOTH = 1e-10
 # An approach of this share of the largest velocity is none.

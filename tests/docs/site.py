@@ -7,8 +7,6 @@ from urllib.parse import unquote, urlsplit
 
 from ..view.browser import OpenPage
 
-__all__ = ["examine"]
-
 # Where links, pictures, scripts and styles of a page lead to, and the names of its places.
 _LINKS = """() => [...document.querySelectorAll("a[href], link[href], img[src], script[src]")]
     .map(node => node.href || node.src)"""

@@ -8,8 +8,6 @@ import click
 
 from .table import faults_by_room, told_by_room, written
 
-__all__ = ["main"]
-
 TABLE = pathlib.Path(__file__).with_name("faults.md")
 
 

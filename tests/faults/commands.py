@@ -10,8 +10,6 @@ import pathlib
 from .fault import CommandRefused, Fault
 from .things import ARM
 
-__all__ = ["FAULTS"]
-
 SCENE = '[robot]\nurdf = "arm.urdf"\n[[impulses]]\nframe = "hand"\nlinear = [1, 0, 0]\n'
 
 

@@ -13,8 +13,6 @@ from typing import Any
 
 from impulsekit.errors import ImpulsekitError
 
-__all__ = ["Fault", "Told", "commit", "workshop"]
-
 
 @dataclass(frozen=True)
 class Fault:

@@ -21,8 +21,6 @@ from impulsekit.scenefile import dump_scene, load_scene, save_scene
 from .fault import Fault
 from .things import ARM, arm, struck
 
-__all__ = ["FAULTS"]
-
 ROBOT = '[robot]\nurdf = "arm.urdf"\n'
 BLOW = '[[impulses]]\nframe = "hand"\nlinear = [1, 0, 0]\nname = "blow"\n'
 BATCH = "[batch]\nsamples = 10\n"

@@ -22,8 +22,6 @@ from impulsekit.scene import AppliedImpulse, Scene
 from .fault import Fault
 from .things import ARM, arm, arm_text, ball, joint, link, struck
 
-__all__ = ["FAULTS"]
-
 
 def _q(what: str, robot: Any, **joints: Any) -> Fault:
     return Fault(what, lambda: robot().configuration(**joints))

@@ -54,8 +54,6 @@ from impulsekit.view.report import report
 from .fault import Fault
 from .things import arm, ball, resting, struck
 
-__all__ = ["FAULTS"]
-
 Q, V = [0.1, 0.2], [0.0, 0.0]
 
 

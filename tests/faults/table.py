@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from . import commands, files, robots, solving, urdfs
 from .fault import Fault, Told, commit, workshop
 
-__all__ = ["faults_by_room", "told_by_room", "written"]
-
 _HEAD = """# What users get wrong, and the words they get
 
 {count} faults, each committed and its error written down by `python -m tests.faults`.

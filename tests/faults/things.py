@@ -8,8 +8,6 @@ from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import AppliedImpulse, Contact, Scene
 
-__all__ = ["ARM", "arm", "arm_text", "ball", "joint", "link", "resting", "struck"]
-
 
 def link(name: str, mass: str = "1", inside: str = "", **moments: str) -> str:
     """A link with inertia."""

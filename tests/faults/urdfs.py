@@ -13,8 +13,6 @@ from impulsekit.robot import Robot
 from .fault import Fault
 from .things import ARM, arm_text, joint, link
 
-__all__ = ["FAULTS"]
-
 A, B, C = link("base"), link("upper_arm"), link("fore_arm")
 SHOULDER = joint("shoulder", parent="base", child="upper_arm")
 ELBOW = joint()

@@ -16,8 +16,6 @@ from .equations import SEPARATED, STICKING, Equations
 from .found import Exact
 from .numbers import EPS
 
-__all__ = ["conditioned"]
-
 # Velocities below so many times their rounding.
 DEGENERATE = 100
 

@@ -12,8 +12,6 @@ from .found import Found
 from .mechanics import Mechanics
 from .residuals import Residuals, share_of
 
-__all__ = ["ContactState"]
-
 
 class ContactState:
     """M⁻¹, W and u of one state.

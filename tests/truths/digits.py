@@ -15,8 +15,6 @@ from impulsekit.scene import Law, Scene
 from .found import Found
 from .impacts import Impacts
 
-__all__ = ["DIGITS", "velocity_after"]
-
 DIGITS = 50
 
 

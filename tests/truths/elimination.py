@@ -7,8 +7,6 @@ import numpy as np
 from impulsekit.reference import Arithmetic
 from impulsekit.reference.arithmetic import Array
 
-__all__ = ["generalized_inverse", "solved_pair"]
-
 
 def generalized_inverse(numbers: Arithmetic, matrix: Array) -> tuple[Array, int]:
     """G with A G A = A, and the rank of A: the inverse where there is one.

@@ -18,8 +18,6 @@ from fractions import Fraction
 
 import numpy as np
 
-__all__ = ["After", "PlaneProblem", "all_after", "whole_answers"]
-
 STICKS, UP, DOWN, FREE = range(4)
 Row = list[Fraction]
 Mode = tuple[bool, int]
@@ -92,11 +90,6 @@ class _Data:
         half = 1.5 * self.moved @ terms.T
         self.W_size = half + half.T
         self.u_size = 2.0 * terms @ np.abs(np.array(problem.before, dtype=float))
-
-
-def all_after(problem: PlaneProblem) -> list[tuple[np.ndarray, bool]]:
-    """(nv,) all v⁺ that differ under Newton's law, and whether each gains kinetic energy."""
-    return [(one.velocity, one.gains) for one in whole_answers(problem, "newton")]
 
 
 def whole_answers(problem: PlaneProblem, restitution: str) -> list[After]:

@@ -21,8 +21,6 @@ from impulsekit.scene import Scene
 from .found import Found
 from .mechanics import Mechanics
 
-__all__ = ["SEPARATED", "SLIDING", "STICKING", "Coefficients", "Equations"]
-
 SEPARATED, STICKING, SLIDING = 0, 1, 2
 
 

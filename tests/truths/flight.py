@@ -19,8 +19,6 @@ from impulsekit.scene import Scene
 
 from .digits import velocity_after
 
-__all__ = ["extrapolated", "state_after_flight"]
-
 MOST_COLUMNS = 24
 
 

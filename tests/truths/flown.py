@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Flown", "first_meeting", "from_box", "from_segment", "turned"]
-
 # A gap below this [m] is closed; it was grazed where it opens again without coming to zero.
 CLOSED = 1e-13
 MOST_STEPS = 200_000

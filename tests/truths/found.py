@@ -9,8 +9,6 @@ import numpy as np
 
 from impulsekit.reference.arithmetic import Array
 
-__all__ = ["Exact", "Found"]
-
 
 @dataclass(frozen=True, eq=False)
 class Found:

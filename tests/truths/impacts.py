@@ -21,8 +21,6 @@ from .mechanics import SceneMechanics
 from .numbers import EPS
 from .residuals import Residuals, residuals_of
 
-__all__ = ["Impacts"]
-
 MOST_STEPS = 60
 
 

@@ -30,8 +30,6 @@ from impulsekit.reference.rows import Rows
 from impulsekit.reference.system import KaneSystem
 from impulsekit.reference.tree import WORLD, Tree
 
-__all__ = ["MaximalImpact", "impact_of_free_bodies"]
-
 
 @dataclass(frozen=True, eq=False)
 class MaximalImpact:

@@ -25,8 +25,6 @@ from impulsekit.scene import Contact, JointStop, Scene
 
 from .numbers import truth_numbers
 
-__all__ = ["Mechanics", "SceneMechanics"]
-
 
 @dataclass(frozen=True, eq=False)
 class Mechanics:

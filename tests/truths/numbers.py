@@ -8,8 +8,6 @@ import numpy as np
 
 from impulsekit.reference import Arithmetic
 
-__all__ = ["DIGITS", "EPS", "SMALLEST", "truth_numbers"]
-
 DIGITS = 50
 # Of doubles: the distance from 1 to the next.
 EPS = float(np.finfo(float).eps)

@@ -13,8 +13,6 @@ import numpy as np
 
 from impulsekit.reference import Arithmetic
 
-__all__ = ["MOST_EVENTS", "Way"]
-
 MOST_EVENTS = 40
 
 

@@ -27,8 +27,6 @@ from .mechanics import Mechanics, SceneMechanics
 from .numbers import truth_numbers
 from .phases import MOST_EVENTS, Way
 
-__all__ = ["PlanarImpacts", "planar_impulses"]
-
 # The step of the differences that give the condition, and of solutions that are the same.
 STEP = 30
 

@@ -12,8 +12,6 @@ from .equations import SEPARATED, Equations
 from .found import Found
 from .numbers import EPS, SMALLEST
 
-__all__ = ["Residuals", "residuals_of", "share_of"]
-
 
 @dataclass(frozen=True)
 class Residuals:

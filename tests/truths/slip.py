@@ -26,8 +26,6 @@ from impulsekit.tolerances import NONZERO
 from .elimination import solved_pair
 from .phases import MOST_EVENTS, Way
 
-__all__ = ["followed"]
-
 MOST_PANELS = 2000
 # Of epsilon: the power of it below which a direction is θ*.
 STRAIGHT = 0.6

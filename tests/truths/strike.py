@@ -25,8 +25,6 @@ from impulsekit.scene import Law
 from .elimination import solved_pair
 from .slip import followed
 
-__all__ = ["Block", "strikes"]
-
 # Angles of which a root in doubles may be one.
 NEAR_CIRCLE = 1e-6
 MOST_STEPS = 12
