@@ -26,7 +26,7 @@ from tests.truths.enumerated import After, PlaneProblem, whole_answers
 from tests.truths.numbers import EPS, truth_numbers
 
 from ..urdf import joint_text, link_text, robot_text
-from .judge import BOUND
+from .judge import AGREED, BOUND
 from .methods import Told, told, told_by_batch
 from .sweep import STATES, Point, Sweep, seen
 
@@ -170,7 +170,7 @@ def judged(
         error = float(np.abs(nearest.velocity - after).max()) / scale
         condition = max(1.0, float(nearest.slack.max()) / scale)
         share = error / (condition * EPS)
-    if nearest is None or (share > BOUND and error > EPS):
+    if nearest is None or (share > BOUND and error > AGREED):
         if _is_shared(case, v, after):
             return told.status, "right", math.nan, 1.0, math.nan
         why = " off the law" if lawful else " though none exists"

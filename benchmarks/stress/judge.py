@@ -2,9 +2,9 @@
 
 Errors are those of velocities: each speed counts by how fast it moves matter at most, so that
 neither units nor masses decide. An answer that its status calls valid is right where the
-largest error is below ten times condition times eps. All else that is called valid is silently
-wrong. Ill-posed are answers for which that bound is above a thousandth: they are right as well
-if what they leave of their equations is below 1e-14, and counted apart.
+largest error is below 1e-10, or below ten times condition times eps. All else that is called
+valid is silently wrong. Ill-posed are answers for which that bound is above a thousandth: they
+are right as well if what they leave of their equations is below 1e-14, and counted apart.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ from .sweep import StateTruth
 
 # In units of condition times eps.
 BOUND = 10.0
+# [of the largest speed] To which answers agree with exact ones, whatever their condition.
+AGREED = 1e-10
 # Where even that allows more than this share, no method can be told right from wrong.
 ILL_POSED = 1e-3
 # What is left of equations by rounding, relative to their terms.
@@ -68,15 +70,16 @@ def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgeme
     if share > BOUND and met and not exact.determined:
         # Of redundant impulses the truth has some; those of the answer obey the law.
         share = _share(replace(exact, violation=0.0), found, state)
-    wrong = share > BOUND or not exact.only
+    differences = np.abs(exact.dv - found.dv)
+    error = _over(np.max(exact.weights * differences), exact.scale)
+    wrong = (share > BOUND and not _agrees(exact, found, state, error)) or not exact.only
     if wrong and exact.condition * EPS * BOUND > ILL_POSED:
         # Rounding of the data alone changes the answer beyond first order: then it is right if
         # it answers a question that differs by rounding.
         wrong = not met
-    differences = np.abs(exact.dv - found.dv)
     return Judgement(
         "said so" if not found.valid else "wrong" if wrong else "right",
-        _over(np.max(exact.weights * differences), exact.scale),
+        error,
         exact.condition,
         share,
         max(
@@ -90,18 +93,32 @@ def judge(state: StateTruth, exact: Exact | None, found: Found) -> tuple[Judgeme
 
 def _share(exact: Exact, found: Found, state: StateTruth) -> float:
     """The largest error over condition times eps, of speeds and of impulses."""
-    worst = exact.violation
-    worst = max(worst, _largest(exact.dv, found.dv, exact.slack, exact.weights))
-    if exact.impulses is None or not exact.determined or not _all_unique(found):
-        return worst
-    own_axes = getattr(state, "own_axes", None)
-    impulses = own_axes(found) if own_axes is not None else None
+    worst = max(exact.violation, _largest(exact.dv, found.dv, exact.slack, exact.weights))
+    impulses = _impulses(exact, found, state)
     if impulses is None:
         return worst
     return max(
         worst,
         _largest(exact.impulses, impulses, exact.impulses_slack, exact.impulses_weights),
     )
+
+
+def _agrees(exact: Exact, found: Found, state: StateTruth, error: float) -> bool:
+    """Return whether speeds, of this error, and impulses agree as far as is promised."""
+    impulses = _impulses(exact, found, state)
+    if impulses is None or exact.impulses is None:
+        return error <= AGREED
+    weights: Any = exact.impulses_weights
+    off = np.max(weights * np.abs(exact.impulses - impulses))
+    return max(error, _over(off, np.max(weights * np.abs(exact.impulses)))) <= AGREED
+
+
+def _impulses(exact: Exact, found: Found, state: StateTruth) -> Any:
+    """The impulses of an answer in the truth's axes; None where they are not comparable."""
+    if exact.impulses is None or not exact.determined or not _all_unique(found):
+        return None
+    own_axes = getattr(state, "own_axes", None)
+    return own_axes(found) if own_axes is not None else None
 
 
 def _largest(exact: Any, found: Any, slack: Any, weights: Any) -> float:

@@ -18,7 +18,7 @@ from impulsekit.view.plots.canvas import AFTER, BLOW, INK, QUIET, new_figure, ti
 from tests.truths.numbers import EPS, truth_numbers
 
 from ..run import about
-from .judge import BACKWARD, BOUND, ILL_POSED
+from .judge import AGREED, BACKWARD, BOUND, ILL_POSED
 from .run import sweep_named
 from .sweep import Point
 
@@ -252,10 +252,10 @@ def markdown(points: Sequence[Point], seconds: float, pictures: Sequence[str] = 
         "",
         "Each answer is held against one in 50 digits: Kane's equations, Coulomb's law solved "
         "mode by mode, Routh's path in closed form, Whittaker's recursion. An answer that its "
-        f"status calls valid is right where its error is at most {BOUND:g} times condition times "
-        "eps; else it is silently wrong. The condition is Skeel's, of the linear equations that "
-        "hold at the solution: it knows no norm and no units. Errors are velocities of matter, "
-        "over the largest at hand. Ill-posed are answers for which even that bound is above "
+        f"status calls valid is right where its error is at most {AGREED:g}, or {BOUND:g} times "
+        "condition times eps; else it is silently wrong. The condition is Skeel's, of the linear "
+        "equations that hold at the solution: it knows no norm and no units. "
+        "Errors are velocities of matter, over the largest at hand. Ill-posed are answers for which even that bound is above "
         f"{ILL_POSED:g}: they count as right, too, if what they leave of their equations is below "
         f"{BACKWARD:g}, and are left out of the worst errors. "
         "Residuals are formed in 50 digits, over the sizes of the terms in them; µs is the "
