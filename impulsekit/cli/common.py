@@ -28,10 +28,11 @@ def is_terminal(stream: TextIO | None) -> bool:
     return stream is not None and stream.isatty()
 
 
-def bar_on_terminal(unit: str) -> Callable[[int, int], None] | None:
+def bar_on_terminal(unit: str, **options: Any) -> Callable[[float, float], None] | None:
     """A function of what is done and how much there is; None where stderr is no terminal.
 
-    A bar closes when all is done; what is told after that begins another one.
+    A bar closes when all is done; what is told after that begins another one. ``options`` are
+    those of tqdm.
     """
     if not is_terminal(sys.stderr):
         return None
@@ -39,9 +40,9 @@ def bar_on_terminal(unit: str) -> Callable[[int, int], None] | None:
 
     bars: list[Any] = []
 
-    def tell(done: int, total: int) -> None:
+    def tell(done: float, total: float) -> None:
         if not bars:
-            bars.append(tqdm(total=total, unit=f" {unit}", leave=False))
+            bars.append(tqdm(total=total, unit=f" {unit}", leave=False, **options))
         bars[0].update(done - bars[0].n)
         if done >= total:
             bars.pop().close()

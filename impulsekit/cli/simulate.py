@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
-import sys
 import zipfile
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import INTERRUPTED, check_outputs, is_terminal
+from .common import INTERRUPTED, bar_on_terminal, check_outputs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from ..motion import Trajectory
     from ..scene.points import ReportPoint
     from ..view.replay import Replay
+
+
+BAR = "{l_bar}{bar}| {n:.3f}/{total:g} s [{elapsed}<{remaining}]"
 
 
 @click.command()
@@ -132,10 +134,11 @@ def simulate(
     }
     settings = scene_file.motion or MotionSettings()
     settings = settings.changed(**{k: x for k, x in given.items() if x is not None})
-    with _Bar(settings.duration, quiet=quiet) as progress:
-        motion = simulate_motion(
-            scene_file.scene, scene_file.q, scene_file.v, settings=settings, progress=progress
-        )
+    tell = None if quiet else bar_on_terminal("s", delay=0.5, bar_format=BAR)
+    progress = None if tell is None else lambda t: tell(t, settings.duration)
+    motion = simulate_motion(
+        scene_file.scene, scene_file.q, scene_file.v, settings=settings, progress=progress
+    )
     if output is not None:
         motion.save(output)
     if plot is not None:
@@ -149,36 +152,6 @@ def simulate(
         detail = f" ({motion.detail})" if motion.detail else ""
         click.echo(f"stopped at {motion.duration:g} s: {motion.status.value}{detail}", err=True)
         ctx.exit(INTERRUPTED if motion.status is MotionStatus.INTERRUPTED else 1)
-
-
-class _Bar:
-    """A progress bar on stderr; nothing where stderr is no terminal, or the run is short."""
-
-    def __init__(self, duration: float, *, quiet: bool) -> None:
-        self._duration, self._quiet = duration, quiet
-        self._bar: Any = None
-
-    def __enter__(self) -> Callable[[float], None] | None:
-        if self._quiet or not is_terminal(sys.stderr):
-            return None
-        from tqdm import tqdm
-
-        self._bar = tqdm(
-            total=self._duration,
-            unit="s",
-            delay=0.5,
-            leave=False,
-            file=sys.stderr,
-            bar_format="{l_bar}{bar}| {n:.3f}/{total:g} s [{elapsed}<{remaining}]",
-        )
-        return self._to
-
-    def _to(self, t: float) -> None:
-        self._bar.update(t - self._bar.n)
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
 
 
 def _lines(motion: Trajectory) -> list[str]:

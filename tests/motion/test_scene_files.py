@@ -162,7 +162,7 @@ def test_the_bar_is_silent_in_a_pipe(tmp_path):
 
 
 def test_on_a_terminal_there_is_a_bar(monkeypatch):
-    from impulsekit.cli import simulate
+    from impulsekit.cli import common
 
     class Terminal:
         def __init__(self):
@@ -178,11 +178,12 @@ def test_on_a_terminal_there_is_a_bar(monkeypatch):
             pass
 
     terminal = Terminal()
-    monkeypatch.setattr(simulate.sys, "stderr", terminal)
-    with simulate._Bar(10.0, quiet=False) as progress:
-        assert progress is not None
-        # tqdm waits before it shows a bar, so short runs stay without.
-        progress(0.1)
-        assert terminal.text == ""
-    with simulate._Bar(10.0, quiet=True) as progress:
-        assert progress is None
+    assert common.bar_on_terminal("s") is None
+    monkeypatch.setattr(common.sys, "stderr", terminal)
+    tell = common.bar_on_terminal("s", delay=0.5)
+    # tqdm waits before it shows a bar, so short runs stay without.
+    tell(0.1, 10.0)
+    assert terminal.text == ""
+    tell(10.0, 10.0)
+    common.bar_on_terminal("s")(1.0, 10.0)
+    assert "0/10" in terminal.text
