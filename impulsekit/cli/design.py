@@ -1,10 +1,18 @@
-"""``impulsekit design``: what the points of a scene file are like to a blow."""
+"""``impulsekit design`` and ``fit``: where to strike, and coefficients out of measured jumps."""
 
 from __future__ import annotations
+
+import math
+import pathlib
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import check_outputs, json_option, write_json
+
+if TYPE_CHECKING:
+    from ..design.fit import Fit
+    from ..scene import Scene
 
 
 @click.command()
@@ -52,3 +60,139 @@ def _draw(scene_file: object, plane: str | None, path: str) -> None:
         found = impact_ellipsoid(scene_file.scene, scene_file.q, point.frame, point.at)
         plot_effective_mass(found, plane, ax).set_title(plain(point.title))
     save_figure(figure, path)
+
+
+@click.command()
+@click.argument("file", type=click.Path())
+@click.option(
+    "--measured",
+    type=click.Path(),
+    help="The measured impacts, CSV or JSON.  [default: beside FILE, by its name]",
+)
+@click.option("--restitution", multiple=True, metavar="CONTACT", help="Find its restitution.")
+@click.option("--friction", multiple=True, metavar="CONTACT", help="Find its friction.")
+@click.option(
+    "--inertia",
+    multiple=True,
+    metavar="JOINT:PARAMETERS",
+    help="Find inertias of the body behind a joint, such as elbow:mass,mz,iyy.",
+)
+@click.option("--level", default=0.95, show_default=True, help="Of the confidence intervals.")
+@json_option
+@click.pass_context
+def fit(
+    ctx: click.Context,
+    file: str,
+    measured: str | None,
+    restitution: tuple[str, ...],
+    friction: tuple[str, ...],
+    inertia: tuple[str, ...],
+    level: float,
+    json_to: str | None,
+) -> None:
+    """Fit the coefficients of the scene in FILE (TOML) to measured impacts.
+
+    The fit starts from the values in FILE. Without --restitution, --friction and
+    --inertia, fit all contact coefficients that are numbers above zero.
+    """
+    from ..design.fit import fit_impacts
+    from ..design.measurement_files import load_measurements
+    from ..errors import RangeError
+    from ..scenefile import load_scene
+
+    check_outputs(json_to)
+    scene_file = load_scene(file)
+    if not 0.0 < level < 1.0:
+        raise RangeError.of("--level", level, "between 0 and 1")
+    path = measured if measured is not None else _beside(file)
+    seen = load_measurements(path, scene_file.scene, scene_file.q, scene_file.v)
+    inertias = dict(_inertia(item) for item in inertia)
+    if not (restitution or friction or inertias):
+        restitution, friction = _every_coefficient(scene_file.scene)
+    found = fit_impacts(seen, restitution=restitution, friction=friction, inertias=inertias)
+    if write_json(_as_dict(file, found, len(seen), level), json_to):
+        click.echo(_as_text(found, len(seen), level), nl=False)
+    if not found.converged:
+        reason = found.notes[0] if found.notes else found.message
+        click.echo(f"not valid: {reason}", err=True)
+        ctx.exit(1)
+
+
+def _beside(file: str) -> pathlib.Path:
+    """The file of measurements that belongs to a scene file."""
+    from ..errors import InputError
+
+    table = pathlib.Path(file).with_suffix(".csv")
+    other = pathlib.Path(file).with_suffix(".json")
+    for path in (table, other):
+        if path.exists():
+            return path
+    raise InputError(
+        f"{file}: there is neither {table.name} nor {other.name} beside it; name the measured "
+        "impacts with --measured"
+    )
+
+
+def _inertia(item: str) -> tuple[str, tuple[str, ...]]:
+    from ..errors import InputError, quoted
+
+    joint, colon, parameters = item.rpartition(":")
+    if not colon or not joint:
+        raise InputError(
+            f"--inertia must be JOINT:PARAMETERS, such as elbow:mass,iyy, got {quoted(item)}"
+        )
+    return joint, tuple(name.strip() for name in parameters.split(","))
+
+
+def _every_coefficient(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Contacts whose restitution is a number above zero, and those with friction."""
+    restitution, friction = [], []
+    for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
+        if isinstance(entry.restitution, float) and entry.restitution > 0.0:
+            restitution.append(name)
+        if getattr(entry, "friction", 0.0) > 0.0:
+            friction.append(name)
+    return tuple(restitution), tuple(friction)
+
+
+def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:
+    own = zip(found.names, found.values, found.sigma, found.intervals(level), strict=True)
+    return {
+        "scene_file": file,
+        "impacts": count,
+        "level": level,
+        "parameters": {
+            name: {"value": value, "sigma": sigma, "interval": ends}
+            for name, value, sigma, ends in own
+        },
+        "noise": found.noise,
+        "freedom": found.freedom,
+        "sigma_given": found.sigma_given,
+        "converged": found.converged,
+        "message": found.message,
+        "notes": list(found.notes),
+    }
+
+
+def _as_text(found: Fit, count: int, level: float) -> str:
+    share = f"{100.0 * level:g} %"
+    lines = [
+        f"{count} impact{'s' if count > 1 else ''}, {found.freedom} numbers more than unknowns",
+        "",
+    ]
+    width = max(9, *map(len, found.names))
+    lines.append(f"{'parameter':{width}}   {'value':>10}   {share + ' interval':>23}")
+    for name, value, (low, high) in zip(
+        found.names, found.values.tolist(), found.intervals(level).tolist(), strict=True
+    ):
+        told = f"{low:.5g} to {high:.5g}"
+        if not math.isfinite(high - low):
+            told = "not seen"
+        lines.append(f"{name:{width}}   {value:10.5g}   {told:>23}")
+    lines.append("")
+    if not found.sigma_given:
+        lines.append(f"noise of a speed, from the residuals: {found.noise:.3g} (m/s, rad/s)")
+    else:
+        lines.append(f"the residuals are {found.noise:.3g} times the noise that was given")
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines) + "\n"

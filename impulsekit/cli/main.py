@@ -13,9 +13,8 @@ from ..errors import AssumptionWarning, ImpulsekitError, SetupWarning, shown
 from ..files import reason_of
 from .batch import batch
 from .common import BAD_INPUT, INTERRUPTED, OWN_FAULT
-from .design import design
+from .design import design, fit
 from .doctor import doctor
-from .fit import fit
 from .identify import identify
 from .init import init
 from .robots import inspect, robots
