@@ -3,9 +3,8 @@
 from .batch.study.load import load_study
 from .batch.study.run import run_study
 from .batch.study.store import open_study
-from .batch.study.study import Study
+from .batch.study.study import Study, Variation
 from .batch.study.summary import StudySummary, summarize
-from .batch.study.variation import Variation
 
 __all__ = [
     "Study",

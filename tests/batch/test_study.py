@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.batch.masses import scaled_robot
-from impulsekit.batch.study.full_disk import StoreFullError
+from impulsekit.batch.study.lock import StoreFullError
 from impulsekit.cli import main
 from impulsekit.study import load_study, open_study, run_study, summarize
 

@@ -13,7 +13,7 @@ import pinocchio as pin
 from impulsekit.batch.study.load import load_study
 from impulsekit.batch.study.run import run_study
 from impulsekit.batch.study.store import open_study
-from impulsekit.batch.study.variation import Variation
+from impulsekit.batch.study.study import Variation
 from impulsekit.robot import Robot
 from impulsekit.scene import Actuator, Scene
 from impulsekit.scenefile import dump_scene, load_scene, save_scene

@@ -13,11 +13,6 @@ from typing import Any
 from ...errors import InputError
 from ...files import file_told
 
-__all__ = [
-    "changed_files", "checksums_told", "chunk_name", "held_folder", "lost_chunks",
-    "written_chunks",
-]  # fmt: skip
-
 # [bytes] of numcodecs' CRC32, little-endian, before what a chunk holds.
 CHECKSUM = 4
 

@@ -18,8 +18,6 @@ from ...robot import Robot
 from ...robot.geometry import geometry_ids, shape_content
 from ...scene import Collision, Scene
 
-__all__ = ["described", "geometry_digest", "robot_digest", "versions"]
-
 # Distributions whose numbers are in the rows.
 _PACKAGES = ("numpy", "pin", "coal", "numba")
 

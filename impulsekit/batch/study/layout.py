@@ -12,8 +12,6 @@ from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
 from .study import Study
 
-__all__ = ["UNWRITTEN", "arrays_of", "unwritten_rows"]
-
 # The status of a row that was never written; no Status, and none of a kernel's codes.
 UNWRITTEN = -128
 UNITS = {

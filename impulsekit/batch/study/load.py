@@ -36,10 +36,7 @@ from ...scene.motion import MotionSettings
 from ...scenefile import load_scene
 from ...scenefile.faults import Faults, tuples_of
 from ...scenefile.vocabulary import STRICT, model_of
-from .study import Study
-from .variation import Variation
-
-__all__ = ["load_study"]
+from .study import Study, Variation
 
 
 class _Batch(pydantic.BaseModel):

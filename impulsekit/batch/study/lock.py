@@ -1,4 +1,4 @@
-"""One writer at a time: a lock on a file of the store, which ends with its process."""
+"""One writer at a time, and what a full disk says."""
 
 from __future__ import annotations
 
@@ -14,7 +14,27 @@ from collections.abc import Iterator
 from ...errors import ImpulsekitError
 from ...files import file_told
 
-__all__ = ["StoreLock", "StoreLockedError", "lock_store"]
+
+@contextlib.contextmanager
+def full_disk_told(path: pathlib.Path) -> Iterator[None]:
+    """Turn the system's error for a full disk into a ``StoreFullError``."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            raise StoreFullError(
+                f'no space left for "{path}" ({error.strerror}); free some space and run the '
+                "same command again: rows already written are kept",
+                path=str(path),
+            ) from None
+        raise
+
+
+class StoreFullError(ImpulsekitError):
+    """The disk of a store is full. Attributes: path."""
+
+    path: str
+
 
 NAME = "writer.lock"
 _HELD = (errno.EWOULDBLOCK, errno.EACCES)

@@ -21,8 +21,6 @@ from ..solve import solve_batch
 from .store import StudyStore
 from .study import Study
 
-__all__ = ["run_study"]
-
 
 def run_study(
     study: Study,

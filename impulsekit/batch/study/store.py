@@ -25,13 +25,10 @@ import numpy as np
 from ...errors import InputError, MissingExtraError, shown
 from ...files import file_told, flush_to_disk, path_of, reason_of, write_file
 from .chunks import changed_files, chunk_name, held_folder, lost_chunks, written_chunks
-from .full_disk import full_disk_told
 from .layout import arrays_of, unwritten_rows
 from .lock import NAME as LOCK
-from .lock import StoreLock, lock_store
+from .lock import StoreLock, full_disk_told, lock_store
 from .study import Study
-
-__all__ = ["StudyStore", "check_store", "open_study"]
 
 RECORD, ROWS = "study.json", "rows.zarr"
 # What a run that was stopped while it made the store may leave behind.

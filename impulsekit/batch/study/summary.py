@@ -1,4 +1,4 @@
-"""What a study found: how many rows are good, quantiles, and the worst rows."""
+"""The summary of a study: how many rows are good, quantiles, and the worst rows."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from ...motion.record.status import MotionStatus
 from .chunks import checksums_told
 from .layout import UNWRITTEN
 from .store import StudyStore, open_study
-
-__all__ = ["QuantityLine", "StudySummary", "is_valid", "sizes_of", "statuses_of", "summarize"]
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 # Rows read at a time.
@@ -47,19 +45,8 @@ class StudySummary:
         quantities: quantiles and worst rows of each quantity.
 
     Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene
-        >>> from impulsekit.models import pendulum_urdf
-        >>> from impulsekit.study import Study, Variation, run_study
-        >>> rod = Robot.from_urdf(pendulum_urdf(1))
-        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
-        >>> pushed = Variation("velocity", low=0.0, high=0.1)
-        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
-        >>> import tempfile
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     _ = run_study(study, folder + "/rows")
-        ...     summary = summarize(folder + "/rows")
-        >>> summary.written
-        100
+        >>> StudySummary(100, {Status.SOLVED: 40}, ()).complete
+        False
     """
 
     rows: int
@@ -68,17 +55,17 @@ class StudySummary:
 
     @property
     def written(self) -> int:
-        """How many rows are written; fewer than ``rows`` while a study is not done."""
+        """The number of rows that are written; fewer than ``rows`` while a study is not done."""
         return sum(self.statuses.values())
 
     @property
     def complete(self) -> bool:
-        """Whether every row is written."""
+        """Return whether every row is written."""
         return self.written == self.rows
 
     @property
     def valid(self) -> bool:
-        """Whether every row is written and may be used."""
+        """Return whether every row is written and may be used."""
         return self.complete and all(map(is_valid, self.statuses))
 
     def __str__(self) -> str:
@@ -157,7 +144,7 @@ def statuses_of(dataset: Any) -> dict[int, Status | MotionStatus]:
 
 
 def is_valid(status: Status | MotionStatus) -> bool:
-    """Whether a row with this status may be used."""
+    """Return whether a row with this status may be used."""
     return status.finished if isinstance(status, MotionStatus) else status.valid
 
 
