@@ -400,21 +400,6 @@ def test_what_is_driven_into_the_floor_has_no_answer():
     assert impact.status is ik.Status.NO_SOLUTION
 
 
-@pytest.mark.parametrize("row", [541, 1328])
-def test_a_foot_thrown_by_a_blow_a_thousand_times_as_fast_as_it_ends(row):
-    from benchmarks.agreement import random_scene
-    from tests.batch.compare import random_states
-    from tests.truths.digits import velocity_after
-
-    bolt, rng = ik.Robot.from_example("bolt"), np.random.default_rng([3, 6])
-    scene = random_scene(bolt, "contact", rng)
-    q, v = (states[row] for states in random_states(bolt, 1500, rng))
-    impact = ik.solve(scene, q, v)
-    exact = np.array([float(x) for x in velocity_after(scene, q, v)])
-    assert np.abs(impact.contacts[0].velocity_after).max() < 1.0
-    assert np.abs(impact.v_after - exact).max() < 1e-10 * np.abs(exact).max()
-
-
 def test_a_foot_that_holds_a_light_leg_against_a_blow_keeps_its_digits():
     """The blow alone would throw the foot at 100 m/s, beside 1 m/s in the end."""
     bolt = ik.Robot.from_example("bolt")
