@@ -1,29 +1,20 @@
-"""Δv by MuJoCo's own mass matrix, Jacobians and equality rows, to hold robots from MJCF against.
-
-``python -m tests.robot.mujoco_truth FOLDER`` prints the difference on every MJCF file below it.
-"""
+"""Δv by MuJoCo's own mass matrix, Jacobians and equality rows, to hold robots from MJCF against."""
 
 from __future__ import annotations
 
-import pathlib
-import sys
 import warnings
 
 import mujoco
 import numpy as np
 
 import impulsekit as ik
-from impulsekit.errors import ImpulsekitError
 from impulsekit.robot.mjcf import state_from_mujoco
-from impulsekit.robot.reading import outermost
 
 KEPT = [int(kind) for kind in (
     mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD, mujoco.mjtEq.mjEQ_JOINT
 )]  # fmt: skip
 # Rows of an equality that is open at qpos0 differ: MuJoCo's are of where the points are [m, rad].
 CLOSED = 1e-9
-# Dense matrices of more degrees of freedom take minutes, and Pinocchio's data gigabytes.
-MOST_SPEEDS = 150
 
 
 def state(mj, rng):
@@ -104,40 +95,3 @@ def difference(mj, seed=0, *, loops=False):
     # Where loops hold all, what they let through is rounding of what the blow alone would do.
     _, free = state_from_mujoco(mj, data.qpos, jump(mj, data, body, at, blow))
     return float(np.abs(impact.dv - expected).max() / max(np.abs(free).max(), 1e-300))
-
-
-def main(folder):
-    """Print a line a file, and how many differ by how much at most."""
-    worst, counts = {"free": 0.0, "loops": 0.0}, {"free": 0, "loops": 0}
-    refused = large = 0
-    for path in sorted(pathlib.Path(folder).rglob("*.xml")):
-        if outermost(path.read_bytes()) != "mujoco":
-            continue
-        try:
-            mj = mujoco.MjModel.from_xml_path(str(path))
-        except ValueError:
-            refused += 1
-            continue
-        if mj.nv > MOST_SPEEDS:
-            large += 1
-            continue
-        for kind in ("free", "loops") if mj.neq else ("free",):
-            try:
-                found = difference(mj, loops=kind == "loops")
-            except ImpulsekitError as error:
-                print(path, kind, type(error).__name__, str(error)[:120])
-                counts["refused"] = counts.get("refused", 0) + 1
-                continue
-            if found is not None:
-                counts[kind] += 1
-                worst[kind] = max(worst[kind], found)
-                if found > 1e-11:
-                    print(path, kind, found)
-    print(f"{refused} refused by MuJoCo, {large} of more than {MOST_SPEEDS} degrees of freedom")
-    print(f"{counts.pop('refused', 0)} refused by impulsekit, as above")
-    for kind, count in counts.items():
-        print(f"{count} files {kind}: largest relative difference {worst[kind]:.1e}")
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])
