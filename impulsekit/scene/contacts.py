@@ -12,8 +12,15 @@ import numpy as np
 
 from ..errors import InputError, RangeError
 from ..robot import Robot
-from .by_material import ByTable, is_by_material, keep_table
-from .coefficients import Friction, checked_friction, checked_restitution, is_plain
+from .coefficients import (
+    ByTable,
+    Friction,
+    checked_friction,
+    checked_restitution,
+    is_by_material,
+    is_plain,
+    keep_from_table,
+)
 from .numbers import (
     Vector,
     between,
@@ -121,7 +128,7 @@ class Contact(Acting):
             object.__setattr__(self, "normal", (x / length, y / length, z / length))
         _check_coefficients(self, what)
         keep(self, what, not_negative, "adhesion", "holding_force")
-        keep_table(self, _by_table)
+        keep_from_table(self, _by_table)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -224,7 +231,7 @@ class Collision(Acting):
             raise InputError(f"{what}: a body does not collide with itself")
         keep(self, what, optional(between(0.0, 1.0, "0 to 1 m")), "margin")
         _check_coefficients(self, what)
-        keep_table(self, _by_table)
+        keep_from_table(self, _by_table)
 
 
 def adheres(entry: Any) -> bool:

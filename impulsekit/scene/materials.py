@@ -9,8 +9,13 @@ from typing import Any
 
 from ..errors import InputError, a_thing
 from ..robot import Robot
-from .by_material import as_given, asks_for_materials
-from .coefficients import Friction, checked_friction, checked_restitution
+from .coefficients import (
+    Friction,
+    as_given,
+    asks_for_materials,
+    checked_friction,
+    checked_restitution,
+)
 from .contacts import Collision, Contact
 from .numbers import keep, optional, positive, text
 

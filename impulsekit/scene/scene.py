@@ -99,7 +99,7 @@ class Scene(Displayed):
             keep(self, "Scene", not_negative, "gap_bound")
         set_field(self, "materials", _entries(self.materials, "materials"))
         if self.materials or self.contacts:
-            from .by_material import asks_for_materials
+            from .coefficients import asks_for_materials
             from .materials import with_materials
 
             if self.materials or any(map(asks_for_materials, self.contacts)):

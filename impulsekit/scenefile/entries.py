@@ -11,7 +11,7 @@ import pydantic
 from ..errors import ImpulsekitError, UnknownNameError, quoted
 from ..robot import Robot
 from ..scene import Scene
-from ..scene.by_material import asks_for_materials
+from ..scene.coefficients import asks_for_materials
 from ..scene.materials import MaterialPair
 from .faults import Faults
 from .vocabulary import NESTED, Section, model_of

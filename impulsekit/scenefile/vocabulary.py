@@ -24,8 +24,8 @@ from typing import Annotated, Any
 import pydantic
 from pydantic_core import PydanticCustomError
 
-from ..scene.by_material import BY_MATERIAL
 from ..scene.coefficients import (
+    BY_MATERIAL,
     EllipticFriction,
     FrictionTable,
     Restitution,

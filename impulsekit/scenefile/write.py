@@ -16,7 +16,7 @@ from ..files import write_file
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
-from ..scene.by_material import as_given
+from ..scene.coefficients import as_given
 from ..scene.motion import MotionSettings
 from ..scene.points import DesignPoint, ReportPoint
 from .entries import MOVED
