@@ -426,3 +426,20 @@ def test_a_coefficient_that_cannot_be_told_from_others_is_refused():
 
     with pytest.raises(ik.errors.InputError, match="an Odd"):
         fingerprint_of(contact=ik.Contact("FL_FOOT", restitution=Odd()))
+
+
+@pytest.mark.parametrize("how", ["deleted", "cut off"])
+def test_numbers_that_were_lost_are_told_and_made_again(files, tmp_path, how):
+    study = load_study(files())
+    run_study(study, tmp_path / "rows")
+    whole = open_study(tmp_path / "rows").load()
+    file = tmp_path / "rows" / "rows.zarr" / "v_after" / "2.0"
+    if how == "deleted":
+        file.unlink()
+    else:
+        file.write_bytes(file.read_bytes()[:-8])
+    for look in (open_study, summarize):
+        with pytest.raises(InputError, match="number 2 of v_after; run the same study again"):
+            look(tmp_path / "rows")
+    run_study(study, tmp_path / "rows")
+    assert open_study(tmp_path / "rows").load().identical(whole)

@@ -196,3 +196,21 @@ def test_a_fit_that_starts_where_every_contact_sticks_finds_the_friction():
     found = fit(measured(truth, scene, throws, 1e-6, np.random.default_rng(3)))
     assert found.values == pytest.approx([0.7, 0.15], abs=1e-4)
     assert found.converged and not found.notes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
+def test_noise_in_the_velocities_before_is_in_the_intervals(told):
+    # It goes through the impact: all numbers of a measurement are off together.
+    covered, runs = np.zeros(2), 12
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        scene, throws = thrown(count=10, seed=seed)
+        truth, _ = thrown(0.73, 0.31)
+        noisy = [
+            Measurement(scene, m.q, m.v_before + 1e-2 * rng.normal(size=6), m.v_after, m.sigma)
+            for m in measured(truth, scene, throws, 1e-3, rng, told=told)
+        ]
+        low, high = fit(noisy).intervals(0.95).T
+        covered += (low <= [0.73, 0.31]) & (high >= [0.73, 0.31])
+    assert (covered >= 0.8 * runs).all()

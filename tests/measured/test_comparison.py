@@ -170,3 +170,17 @@ def test_what_is_given_wrongly_is_said():
         folds=2,
     )
     assert found.names == ("a",) and "knee" in found.left_out[0][1]
+
+
+@pytest.mark.slow
+def test_e_by_speed_is_found_and_told():
+    def e(speed):
+        return np.interp(speed, [1.0, 3.0], [0.8, 0.5])
+
+    seen = rod_impacts(ik.Law(), e, 0.1, 40, 1e-3)
+    laws = [LawCandidate("one e"), LawCandidate("e by speed", speeds=(1.0, 3.0))]
+    found = compare_laws(seen, laws, **NAMES, robust="none", folds=4)
+    assert found.names[0] == "e by speed" and found.better[0, 1] > 0.99
+    fit = found.fits[0]
+    assert fit.names[:2] == ("tip: restitution at 1 m/s", "tip: restitution at 3 m/s")
+    assert fit.values == pytest.approx([0.8, 0.5, 0.1], abs=5e-3)

@@ -125,3 +125,11 @@ def test_the_top_of_a_flight_is_no_rest(rate):
     q[:, 2] = 1.0 - 0.5 * G * (t - 0.15) ** 2
     q[:, :3] += 5e-4 * np.random.default_rng(0).normal(size=(len(t), 3))
     assert rest_of(Recording(scene.robot, t, q)) is None
+
+
+@pytest.mark.slow
+def test_coefficients_floor_and_lag_come_back():
+    score, off = scores(3, 5)
+    assert (np.abs(score) < 4.0).all()
+    # e, µ, floor [m], lag [s], scale.
+    assert (np.abs(off) < [0.005, 0.005, 5e-4, 5e-4, 5e-3]).all()
