@@ -7,10 +7,9 @@ import numpy as np
 from .borrowed import borrowed, borrowing
 from .compiled import entry
 from .coulomb import coulomb, released
-from .progress import Block
 from .status import Status
 from .tolerances import SETTLED
-from .words import MANY
+from .words import MANY, Block
 from .workspace import Workspace, workspace
 
 __all__ = ["block_at", "sweep"]

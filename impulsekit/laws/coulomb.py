@@ -9,11 +9,10 @@ import math
 
 from .borrowed import borrowing
 from .pair import Pair, solve_pair
-from .progress import Block, Triple
 from .quartic import slides
 from .status import Status
 from .tolerances import ARRIVED, AT_REST, ROUNDING_OF_SUMS, SINGULAR
-from .words import JAM, MANY, NOT_UNIQUE
+from .words import JAM, MANY, NOT_UNIQUE, Block, Triple
 
 __all__ = [
     "bounded_friction",

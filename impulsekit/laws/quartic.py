@@ -13,7 +13,7 @@ import math
 
 from .borrowed import borrowing
 from .pair import Pair
-from .progress import Block
+from .words import Block
 
 __all__ = ["Directions", "slides"]
 

@@ -8,7 +8,7 @@ A threshold that a single module uses stands at its top. No two modules give one
 from __future__ import annotations
 
 __all__ = [
-    "ARRIVED", "AT_REST", "GAIN", "LEAST_PIVOT", "RESIDUAL_LIMIT", "ROUNDING_OF_SUMS", "SETTLED",
+    "ARRIVED", "AT_REST", "LEAST_PIVOT", "RESIDUAL_LIMIT", "ROUNDING_OF_SUMS", "SETTLED",
     "SINGULAR",
 ]  # fmt: skip
 
@@ -17,14 +17,6 @@ __all__ = [
 # An approach below this share of the velocities counts as zero: some five roundings of what the
 # closed forms of one contact read.
 AT_REST = 1e-15
-
-# Impulses, work, coefficients.
-
-# Work above this share of the energies in play is a gain. These are |P·u| of the velocities before
-# and of those that blows alone would leave: of what rests and is struck the first are none. Blows
-# and contacts act at one instant: work is P·(u + u⁺)/2 from the velocities before, or from those
-# after the blows if these come first, and a gain is one by both accounts.
-GAIN = 1e-10
 
 # Residuals, and where iterations end.
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["JAM", "MANY", "NEWTON", "NO", "NOT_UNIQUE", "POISSON", "STRONGE"]
+__all__ = ["JAM", "MANY", "NO", "NOT_UNIQUE", "Block", "Triple"]
 
-NEWTON, POISSON, STRONGE = 0, 1, 2
+# W of one contact: t1t1, t1t2, t2t2, t1n, t2n, nn [1/kg].
+Block = tuple[float, float, float, float, float, float]
+# Along the tangents and the normal.
+Triple = tuple[float, float, float]
 
 # Beside the codes of ``Status``: loads that move nothing are open, it jams, several answers.
 NOT_UNIQUE, JAM, MANY = 2, 3, 5
