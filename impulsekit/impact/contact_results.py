@@ -20,9 +20,9 @@ from .residuals import cancelling_speeds
 from .turning_results import NO_SLIP, ON_CONE, TurningResult, turning_result
 
 if TYPE_CHECKING:
+    from .answer import Answer
     from .contact_law import ContactSolution
     from .outcome import Touch
-    from .result import Impact
 
 __all__ = ["ContactPoint", "ContactResult", "contact_impulses", "contact_results"]
 
@@ -140,7 +140,7 @@ class ContactResult(OneLine):
         return bool(self.points)
 
 
-def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
+def contact_results(impact: Answer) -> tuple[ContactResult, ...]:
     """The results of a scene's contacts, in their order."""
     scene = impact.scene
     points: list[list[ContactPoint]] = [[] for _ in scene.contacts]
@@ -164,7 +164,7 @@ def contact_results(impact: Impact) -> tuple[ContactResult, ...]:
     )
 
 
-def contact_impulses(impact: Impact) -> dict[int, np.ndarray]:
+def contact_impulses(impact: Answer) -> dict[int, np.ndarray]:
     """``ContactResult.impulse`` of the contacts that touch, by index; nothing else is computed."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
@@ -194,7 +194,7 @@ def _gap(scene: Scene, q: np.ndarray, index: int) -> float:
     return contact_gaps(scene, Posture(scene.robot, q), (index,))[0].gap
 
 
-def _point(impact: Impact, touch: Touch, i: int, turning: TurningResult | None) -> ContactPoint:
+def _point(impact: Answer, touch: Touch, i: int, turning: TurningResult | None) -> ContactPoint:
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         raise ValueError("no contact touched")
@@ -245,7 +245,7 @@ def _works(
     return float(shares[2]), float(shares[0] + shares[1])
 
 
-def _is_still(impact: Impact, solution: ContactSolution, i: int) -> bool:
+def _is_still(impact: Answer, solution: ContactSolution, i: int) -> bool:
     """Whether a contact does not slip, wherever in its cone its impulse is."""
     after = solution.velocity_after
     slip = float(np.abs(after[3 * i : 3 * i + 2]).max())

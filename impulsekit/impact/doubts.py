@@ -14,8 +14,8 @@ from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse
 from .singular import shares_of_inertia
 
 if TYPE_CHECKING:
+    from .answer import Answer
     from .gaps import ContactGap
-    from .result import Impact
 
 __all__ = ["doubts_of"]
 
@@ -30,7 +30,7 @@ LONG_LEVER = 0.2
 UPWARDS = 0.7
 
 
-def doubts_of(impact: Impact) -> tuple[str, ...]:
+def doubts_of(impact: Answer) -> tuple[str, ...]:
     """One sentence for each doubt; see ``Impact.doubts``."""
     scene = impact.scene
     found = outside_limits(scene.robot, impact.q)
@@ -133,7 +133,7 @@ def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
                 )
 
 
-def _next_to_no_inertia(impact: Impact) -> Iterator[str]:
+def _next_to_no_inertia(impact: Answer) -> Iterator[str]:
     """Joints that move, though almost no inertia resists them at this configuration."""
     model = impact.scene.robot.model
     if not np.isfinite(impact.dv).all() or impact.scene.robot.is_always_regular:
@@ -152,7 +152,7 @@ def _next_to_no_inertia(impact: Impact) -> Iterator[str]:
         )
 
 
-def _nothing_strikes(impact: Impact, gaps: tuple[ContactGap, ...]) -> list[str]:
+def _nothing_strikes(impact: Answer, gaps: tuple[ContactGap, ...]) -> list[str]:
     """Why no velocity changes, where none does."""
     scene = impact.scene
     size = float(np.abs(impact.v_before).max(initial=0.0))

@@ -15,7 +15,7 @@ from ..tolerances import NONZERO
 from .named import ByName
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .touched import TouchedAnswer
 
 __all__ = ["Energy", "energy_books"]
 
@@ -56,7 +56,7 @@ class Energy:
         return abs(sum(self.work.values()) - self.change) / scale
 
 
-def energy_books(impact: Impact) -> Energy:
+def energy_books(impact: TouchedAnswer) -> Energy:
     """The energy of an impact by entry.
 
     Raises:
@@ -74,7 +74,7 @@ def energy_books(impact: Impact) -> Energy:
     return books
 
 
-def _books(impact: Impact) -> Energy:
+def _books(impact: TouchedAnswer) -> Energy:
     mechanics = impact.mechanics
     mean = 0.5 * (impact.v_before + impact.v_after)
     work: dict[str, float] = {}

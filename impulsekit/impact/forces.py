@@ -14,7 +14,7 @@ from ..rows.entries import FramePair, PlacementOf, Site, frame_pair, rows_of_ent
 from ..scene import AppliedImpulse
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .touched import TouchedAnswer
 
 __all__ = [
     "BodyImpulse",
@@ -42,7 +42,7 @@ class BodyImpulse:
     entry: str = ""
 
 
-def body_impulses(impact: Impact) -> Iterator[BodyImpulse]:
+def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
     """All impulses on links: blows, and both ends of every anchor."""
     scene, placement_of = impact.scene, impact.mechanics.joint_placement
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):

@@ -14,7 +14,7 @@ from ..robot.arrays import lock
 from ..robot.placing import Posture
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["JointLoad", "joint_loads"]
 
@@ -69,7 +69,7 @@ class JointLoad(OneLine):
         return self.axis
 
 
-def joint_loads(impact: Impact, reactions: Mapping[str, np.ndarray]) -> dict[str, JointLoad]:
+def joint_loads(impact: Answer, reactions: Mapping[str, np.ndarray]) -> dict[str, JointLoad]:
     """By joint name, its reaction in an impact in the joint's own axes."""
     robot = impact.scene.robot
     posture = Posture(robot, impact.q)
@@ -107,7 +107,7 @@ def _axis_of(subspace: np.ndarray) -> np.ndarray | None:
     return way / length if length else None
 
 
-def _base_rotation(impact: Impact, name: str) -> np.ndarray:
+def _base_rotation(impact: Answer, name: str) -> np.ndarray:
     """(3, 3) the axes of the base of a part that is fixed in the world."""
     parts = impact.scene.robot.parts
     part = max((p for p in parts if name.startswith(p.prefix)), key=lambda p: len(p.prefix))

@@ -11,7 +11,7 @@ from ..robot.arrays import lock
 from ..scene.numbers import vector
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["PointVelocity", "point_velocity"]
 
@@ -29,7 +29,7 @@ class PointVelocity:
         return self.after - self.before
 
 
-def point_velocity(impact: Impact, frame: str, at: Any) -> PointVelocity:
+def point_velocity(impact: Answer, frame: str, at: Any) -> PointVelocity:
     """The velocity of the point ``at`` of ``frame``; see ``Impact.velocity_at``."""
     jacobian = impact.mechanics.point_jacobian(frame, np.array(vector(at, f'point of "{frame}"')))[
         :3

@@ -11,7 +11,7 @@ import pinocchio as pin
 from ..robot.arrays import lock
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["LinkJump", "link_jumps"]
 
@@ -29,7 +29,7 @@ class LinkJump:
     domega: np.ndarray
 
 
-def link_jumps(impact: Impact) -> dict[str, LinkJump]:
+def link_jumps(impact: Answer) -> dict[str, LinkJump]:
     """The jump of every link by name; all of them in one forward pass, O(n)."""
     robot = impact.scene.robot
     data = impact.mechanics.scratch()

@@ -19,12 +19,12 @@ from .forces import BodyImpulse, body_impulses
 
 if TYPE_CHECKING:
     from ..robot.links import Link
-    from .result import Impact
+    from .touched import TouchedAnswer
 
 __all__ = ["joint_reactions", "transmitted"]
 
 
-def joint_reactions(impact: Impact) -> dict[str, np.ndarray]:
+def joint_reactions(impact: TouchedAnswer) -> dict[str, np.ndarray]:
     """By joint name, (6,) the wrench impulse the parent gives the child.
 
     At the joint's origin, in world axes, linear [N s] before angular [N m s]; it holds

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["Residuals", "cancelling_speeds", "residuals_of"]
 
@@ -38,7 +38,7 @@ class Residuals:
         return float(np.max([self.momentum, self.constraint, self.complementarity]))
 
 
-def residuals_of(impact: Impact) -> Residuals:
+def residuals_of(impact: Answer) -> Residuals:
     """Return the residuals of an impact: those that the core measured, or of M Δv = I alone."""
     outcome = impact.outcome
     if outcome is None:
@@ -46,7 +46,7 @@ def residuals_of(impact: Impact) -> Residuals:
     return Residuals(*outcome.residuals)
 
 
-def momentum_residual(impact: Impact) -> float:
+def momentum_residual(impact: Answer) -> float:
     """Backward error of M Δv = I, componentwise as far as rows are not themselves rounding."""
     mass_matrix = impact.mechanics.mass_matrix
     difference = np.abs(mass_matrix @ impact.dv - impact.generalized_impulse)
@@ -58,7 +58,7 @@ def momentum_residual(impact: Impact) -> float:
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
 
 
-def cancelling_speeds(impact: Impact) -> np.ndarray:
+def cancelling_speeds(impact: Answer) -> np.ndarray:
     """(nv,) the speeds that cancel in v⁺: before, after, and what each impulse alone makes.
 
     Where everything comes to rest, v⁻ and v⁺ alone would measure rounding by rounding.

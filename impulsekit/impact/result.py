@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, one_line
+from ..display import one_line
 from ..laws.status import Status, judged
 from ..laws.tolerances import RESIDUAL_LIMIT
 from ..robot.arrays import read_only
 from ..scene.numbers import not_negative
-from .named import ByName, Named
+from .named import ByName
+from .touched import TouchedAnswer
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..scene import Scene
-    from .constraint_results import ConstraintResult
-    from .contact_results import ContactResult
     from .energy import Energy
     from .joint_loads import JointLoad
     from .kinematics import PointVelocity
     from .links import LinkJump
-    from .mechanics import Mechanics
-    from .outcome import Outcome
     from .residuals import Residuals
     from .uniqueness import Uniqueness
 
 __all__ = ["Impact"]
 
 
-class Impact(Displayed):
+class Impact(TouchedAnswer):
     """The result of an impact at one state.
 
     ``dv`` is computed by ``solve``; everything else is computed on first access. All arrays
@@ -53,105 +49,6 @@ class Impact(Displayed):
         >>> bool(impact.energy.after > 0)
         True
     """
-
-    def __init__(
-        self,
-        scene: Scene,
-        q: np.ndarray,
-        v: np.ndarray,
-        dv: np.ndarray,
-        outcome: Outcome | Callable[[], Outcome] | None = None,
-    ) -> None:
-        self.scene = scene
-        self._q = q
-        self._v = v
-        self._dv = dv
-        self._outcome = outcome
-
-    @property
-    def q(self) -> np.ndarray:
-        """(nq,) the configuration; an impact does not change it."""
-        return read_only(self._q)
-
-    @property
-    def v_before(self) -> np.ndarray:
-        """(nv,) the velocity before the impact."""
-        return read_only(self._v)
-
-    @property
-    def dv(self) -> np.ndarray:
-        """(nv,) the velocity jump Δv = v⁺ − v⁻."""
-        return read_only(self._dv)
-
-    @cached_property
-    def v_after(self) -> np.ndarray:
-        """(nv,) the velocity after the impact."""
-        return read_only(self._v + self._dv)
-
-    @cached_property
-    def mechanics(self) -> Mechanics:
-        """Mass matrix, placements and Jacobians at q, for all that is derived from ``dv``."""
-        from .mechanics import Mechanics
-
-        return Mechanics(self.scene, self._q, self._v)
-
-    @cached_property
-    def generalized_impulse(self) -> np.ndarray:
-        """(nv,) I_l = Σ_k v_k^l·∫F_k dt + ω_k^l·∫M_k dt (Chang & Huston 1995, eq. (18))."""
-        return read_only(sum(self.impulse_shares.values(), np.zeros(len(self._v))))
-
-    @cached_property
-    def impulse_shares(self) -> Mapping[str, np.ndarray]:
-        """The books of momentum: by entry name, (nv,) its share in the generalized impulse."""
-        shares = self.mechanics.known_impulses()
-        if self.constraints:
-            matrix, slices = self.mechanics.constraint_matrix, self.mechanics.flat.slices
-            for result, where in zip(self.constraints, slices, strict=True):
-                shares[result.name] = result.impulse @ matrix[where]
-        shares.update(self._contact_shares())
-        return ByName({n: read_only(share) for n, share in shares.items()}, "entry")
-
-    def _contact_shares(self) -> dict[str, np.ndarray]:
-        shares = {n: np.zeros(len(self._v)) for n in self.scene.entry_names("contacts")}
-        outcome = self.outcome
-        if outcome is not None and outcome.contacts is not None:
-            names = tuple(shares)
-            triples = outcome.contacts.impulse.reshape(-1, 3)
-            for touch, impulse in zip(outcome.touches, triples, strict=True):
-                shares[names[touch.entry]] += impulse @ touch.jacobian
-        return shares
-
-    @cached_property
-    def constraints(self) -> Named[ConstraintResult]:
-        """What each constraint of the scene carried, in their order; by name, too."""
-        from .constraint_results import constraint_results
-
-        found = (self.mechanics, self.outcome, self.v_before, self.v_after)
-        return Named(constraint_results(*found), "constraint")
-
-    @cached_property
-    def contacts(self) -> Named[ContactResult]:
-        """What happened at each contact of the scene, in their order; by name, too."""
-        from .contact_results import contact_results
-
-        return Named(contact_results(self), "contact")
-
-    @property
-    def outcome(self) -> Outcome | None:
-        """What the solver found besides ``dv``; None where there was nothing else."""
-        if callable(self._outcome):
-            self._outcome = self._outcome()
-        return self._outcome
-
-    @cached_property
-    def momentum_before(self) -> np.ndarray:
-        """(nv,) P_l = a_lp y_p before the impact (Chang & Huston 1995, eq. (29))."""
-        return read_only(self.mechanics.mass_matrix @ self._v)
-
-    @cached_property
-    def momentum_after(self) -> np.ndarray:
-        """(nv,) P_l after the impact (Chang & Huston 1995, eq. (29))."""
-        return read_only(self.mechanics.mass_matrix @ self.v_after)
 
     @property
     def mass_matrix(self) -> np.ndarray:
@@ -334,11 +231,6 @@ class Impact(Displayed):
             "energy": self.energy.to_dict(),
             "residuals": dataclasses.asdict(self.residuals),
         }
-
-    def __getstate__(self) -> dict[str, Any]:
-        # What follows from the answer is worked out again on the other side.
-        _ = self.outcome
-        return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv", "_outcome")}
 
     def __repr__(self) -> str:
         name, jump = self.scene.robot.name, f"|dv|={np.linalg.norm(self._dv):.6g}"

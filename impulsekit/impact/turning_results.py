@@ -12,7 +12,7 @@ from ..robot.arrays import lock
 from .contact_law import NO_SLIP
 
 if TYPE_CHECKING:
-    from .result import Impact
+    from .answer import Answer
 
 __all__ = ["NO_SLIP", "ON_CONE", "TurningResult", "turning_result"]
 
@@ -55,7 +55,7 @@ class TurningResult(OneLine):
         }
 
 
-def turning_result(impact: Impact, k: int) -> TurningResult:
+def turning_result(impact: Answer, k: int) -> TurningResult:
     """What the k-th touch of an impact, whose rows are of turning, did."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:

@@ -10,8 +10,8 @@ import numpy as np
 from ..scene.coefficients import restitution_at
 
 if TYPE_CHECKING:
+    from .answer import Answer
     from .contact_law import ContactProblem
-    from .result import Impact
 
 __all__ = ["Uniqueness", "uniqueness_of"]
 
@@ -54,7 +54,7 @@ class Uniqueness:
         }
 
 
-def uniqueness_of(impact: Impact) -> Uniqueness:
+def uniqueness_of(impact: Answer) -> Uniqueness:
     """The uniqueness of an impact's v⁺ under the scene's law."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
@@ -90,7 +90,7 @@ def uniqueness_of(impact: Impact) -> Uniqueness:
     return Uniqueness(found.verdict, found.reason, tuple(others), found.rule)
 
 
-def _problem_of(impact: Impact, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
+def _problem_of(impact: Answer, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
     """The contact problem of an impact, from the rows that it keeps."""
     from .contact_law import ContactProblem
 

@@ -1,0 +1,25 @@
+"""An answer with what happened at each contact."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from .answer import Answer
+from .named import Named
+
+if TYPE_CHECKING:
+    from .contact_results import ContactResult
+
+__all__ = ["TouchedAnswer"]
+
+
+class TouchedAnswer(Answer):
+    """What ``solve`` found, constraint by constraint and contact by contact."""
+
+    @cached_property
+    def contacts(self) -> Named[ContactResult]:
+        """What happened at each contact of the scene, in their order; by name, too."""
+        from .contact_results import contact_results
+
+        return Named(contact_results(self), "contact")
