@@ -222,10 +222,6 @@ class Block {
         given.function_rows = b_.in.function_rows.row(row);
         given.function_contacts = b_.in.function_contacts.row(row);
         given.points = b_.in.points.row(row);
-        if (b_.in.meetings) {
-            given.meetings = b_.in.meetings + b_.in.meeting_start[row];
-            given.meeting_count = b_.in.meeting_start[row + 1] - b_.in.meeting_start[row];
-        }
         return given;
     }
 

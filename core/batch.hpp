@@ -30,8 +30,6 @@ struct BatchInput {
     int size = 0;
     Column q, v, impulses, restitution, friction, masses, points;
     Column function_rows, function_contacts;
-    const Meeting* meetings = nullptr;
-    const int* meeting_start = nullptr;  // (size + 1)
     const std::int8_t* codes = nullptr;  // (size) what is known of a row before it is solved
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/shapes.hpp"
 #include "meeting.hpp"
 #include "scene.hpp"
 #include "tree.hpp"
@@ -158,7 +159,7 @@ class Rows {
         for (std::size_t i = 0; i < touches.size(); ++i) {
             Touch<S>& t = touches[i];
             t.touches[k] =
-                only[t.entry] && (scene.contacts[t.entry].kind != Contact::given || t.touches[k]);
+                only[t.entry] && (scene.contacts[t.entry].kind != Contact::shapes || t.touches[k]);
             if (i == 0 || scene.contacts[t.entry].kind != Contact::stop) continue;
             Touch<S>& last = touches[i - 1];
             if (last.entry != t.entry) continue;
@@ -170,6 +171,12 @@ class Rows {
 
     static Vec3<S> place_of(const Tree<S>& tree, const Site& site) {
         return tree.origin[site.body] + tree.rotation[site.body] * vec3<S>(site.point);
+    }
+
+    // Of the axes of a frame in one lane.
+    static Placement placement_of(const Tree<S>& tree, const Site& site, int k) {
+        const Mat3<S> axes = tree.rotation[site.body] * mat3<S>(site.axes);
+        return {{get(axes.x, k), get(axes.y, k), get(axes.z, k)}, get(place_of(tree, site), k)};
     }
 
     Ends ends_of(const Tree<S>& tree, const Pair& pair) const {
@@ -402,7 +409,7 @@ class Rows {
                     touch_ball(tree, contact, entry);
                     break;
                 default:
-                    touch_given(tree, contact, entry, given);
+                    touch_shapes(tree, contact, entry);
             }
         }
     }
@@ -493,28 +500,29 @@ class Rows {
     }
 
     // As many points as the lane with the most of them has.
-    void touch_given(const Tree<S>& tree, const Contact& contact, int entry,
-                     const GivenState* given) {
-        const Meeting* found[lanes];
-        int counts[lanes], most = 0;
+    void touch_shapes(const Tree<S>& tree, const Contact& contact, int entry) {
+        std::size_t most = 0;
         for (int k = 0; k < lanes; ++k) {
-            const Meeting *begin = given[k].meetings, *end = begin + given[k].meeting_count;
-            found[k] = std::find_if(begin, end, [&](const Meeting& m) { return m.entry == entry; });
-            counts[k] = static_cast<int>(
-                std::count_if(found[k], end, [&](const Meeting& m) { return m.entry == entry; }));
-            most = std::max(most, counts[k]);
+            met_[k].clear();
+            const Placement first = placement_of(tree, contact.frames.first, k),
+                            other = placement_of(tree, contact.frames.other, k);
+            // What has no place meets nothing.
+            const Vec3<double> away = first.origin - other.origin + first.rotation.x +
+                                      first.rotation.y + other.rotation.x + other.rotation.y;
+            if (std::isfinite(dot(away, away)))
+                touching(contact.first, first, contact.other, other, contact.limit, met_[k]);
+            most = std::max(most, met_[k].size());
         }
-        for (int i = 0; i < most; ++i) {
+        for (std::size_t i = 0; i < most; ++i) {
             Touch<S>& t = new_touch(entry);
             Vec3<S> normal;
             for (int k = 0; k < lanes; ++k) {
-                t.touches[k] = i < counts[k];
+                t.touches[k] = i < met_[k].size();
                 if (!t.touches[k]) put(normal, k, {0.0, 0.0, 1.0});
                 if (!t.touches[k]) continue;
-                const Meeting& own = found[k][i];
-                put(t.place, k, vec3<double>(own.point) + get(tree.origin[0], k));
-                put(normal, k, vec3<double>(own.normal));
-                Number<S>::set(t.gap, k, own.gap);
+                put(t.place, k, met_[k][i].point);
+                put(normal, k, met_[k][i].normal);
+                Number<S>::set(t.gap, k, met_[k][i].gap);
             }
             t.other_place = t.place;
             set_axes(t.axes, normal);
@@ -577,6 +585,7 @@ class Rows {
     }
 
     std::vector<S> six_;
+    std::vector<TouchPoint> met_[Number<S>::lanes];
 };
 
 }  // namespace impulsekit

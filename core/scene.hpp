@@ -11,6 +11,7 @@
 #include <limits>
 #include <vector>
 
+#include "geometry/shapes.hpp"
 #include "model.hpp"
 
 namespace impulsekit {
@@ -65,11 +66,12 @@ struct Contact {
         stop,       // a joint at its limits
         functions,  // gap and rows given state by state
         ball,       // a ball and a shape
-        given,      // points and normals given state by state
+        shapes,     // two bodies of any shapes
     };
     Kind kind = point;
     Pair frames;
     Ball shape;
+    std::vector<Shape> first, other;  // pieces of both bodies
     double limit = 0.0;               // length of a rope, margin of bodies
     int q = 0, v = 0;                 // of a stop
     double lower = 0.0, upper = 0.0;  // its limits
@@ -108,19 +110,11 @@ struct Scene {
     int rows() const { return static_cast<int>(velocity.size()); }
 };
 
-// A point of two bodies that meet, found outside.
-struct Meeting {
-    int entry = 0;
-    double point[3], normal[3], gap = 0.0;
-};
-
 // What is given for one state beside q and v; null where the scene needs none.
 struct GivenState {
     const double* function_rows = nullptr;      // (function_rows, nv)
     const double* function_contacts = nullptr;  // (function_contacts, 1 + 3 nv): gap, then rows
-    const Meeting* meetings = nullptr;          // by entry
-    int meeting_count = 0;
-    const double* points = nullptr;  // (points, 3) in the axes of the joint
+    const double* points = nullptr;             // (points, 3) in the axes of the joint
     // (contacts) which take part, whatever their gaps, stops at the nearer limit; null for those
     // that touch.
     const char* only = nullptr;

@@ -95,36 +95,13 @@ void vary_points(GivenScene& self, const std::vector<int>& contacts) {
     self.scene.points = contacts;
 }
 
-// Arrays of a batch by name, and the points that geometry found.
+// Arrays of a batch by name.
 struct Given {
     const nb::dict& arrays;
     int size;
-    std::vector<Meeting> meetings;
 
     Column column(const char* name, std::size_t width) const {
         return column_of(nb::cast<std::optional<Matrix>>(arrays[name]), size, width, name);
-    }
-
-    void read_meetings(BatchInput& in) {
-        if (arrays["meeting_start"].is_none()) return;
-        const Integers start = nb::cast<Integers>(arrays["meeting_start"]);
-        const Integers entries = nb::cast<Integers>(arrays["meeting_entries"]);
-        const Array numbers = nb::cast<Array>(arrays["meeting_numbers"]);
-        const std::size_t count = entries.size();
-        const double* x = data_of(numbers, 7 * count, "meeting_numbers");
-        const int* first = data_of(start, size + 1, "meeting_start");
-        for (int i = 0; i <= size; ++i)
-            if (first[i] < (i > 0 ? first[i - 1] : 0) || first[i] > static_cast<int>(count))
-                throw nb::value_error("meeting_start: rising numbers are wanted");
-        meetings.resize(count);
-        for (std::size_t i = 0; i < count; ++i, x += 7) {
-            meetings[i].entry = entries.data()[i];
-            std::copy(x, x + 3, meetings[i].point);
-            std::copy(x + 3, x + 6, meetings[i].normal);
-            meetings[i].gap = x[6];
-        }
-        in.meetings = meetings.data();
-        in.meeting_start = first;
     }
 };
 
@@ -157,7 +134,7 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
         to_body(self.model, body, data_of(centre, 3, "centre"), link.centre);
         batch.links.push_back(link);
     }
-    Given given{arrays, static_cast<int>(B), {}};
+    Given given{arrays, static_cast<int>(B)};
     BatchInput& in = batch.in;
     in.size = given.size;
     in.q = given.column("q", self.model.nq);
@@ -170,7 +147,6 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     in.function_rows = given.column("function_rows", scene.function_rows * nv);
     in.function_contacts =
         given.column("function_contacts", scene.function_contacts * (1 + 3 * nv));
-    given.read_meetings(in);
     in.codes = known.data();
     if (!in.q.data || !in.v.data || (!scene.loads.empty() && !in.masses.data) ||
         (!scene.points.empty() && !in.points.data) ||

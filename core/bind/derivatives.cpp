@@ -15,7 +15,7 @@ void bind_derive_rows(nb::module_& module) {
     module.def(
         "derive_rows",
         [](const GivenScene& self, const Array& q, const std::optional<std::vector<bool>>& only) {
-            const GivenArrays given = given_of({}, {}, {}, only);
+            const GivenArrays given = given_of({}, {}, only);
             check_given(self, given);
             return derive_rows(self.scene, data_of(q, self.model.nq, "q"), given.state());
         },

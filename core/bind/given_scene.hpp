@@ -27,17 +27,13 @@ struct GivenScene {
 
 // What functions and geometry give for a state beside q and v.
 struct GivenArrays {
-    std::vector<Meeting> meetings;
     std::vector<double> function_rows, function_contacts;
     std::vector<char> only;
 
     GivenState state() const;
 };
 
-// Points at which bodies meet: entry, point, normal, gap.
-using GivenMeetings = std::vector<std::tuple<int, Array, Array, double>>;
-
-GivenArrays given_of(const GivenMeetings& meetings, const std::optional<Array>& function_rows,
+GivenArrays given_of(const std::optional<Array>& function_rows,
                      const std::optional<Array>& function_contacts,
                      const std::optional<std::vector<bool>>& only);
 // Refuse arrays that are not of the scene's size.

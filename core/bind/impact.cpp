@@ -94,14 +94,13 @@ void bind_impact(nb::module_& module) {
     module.def(
         "solve_scene",
         [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,
-           const Array& impulses, const GivenMeetings& meetings,
-           const std::optional<Array>& function_rows, const std::optional<Array>& function_contacts,
+           const Array& impulses, const std::optional<Array>& function_rows,
+           const std::optional<Array>& function_contacts,
            const std::optional<std::vector<bool>>& only) {
             return impact_of(scene, law, q, v, impulses,
-                             given_of(meetings, function_rows, function_contacts, only));
+                             given_of(function_rows, function_contacts, only));
         },
         nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"), nb::arg("impulses"),
-        nb::arg("meetings") = nb::make_tuple(), nb::arg("function_rows") = nb::none(),
-        nb::arg("function_contacts") = nb::none(), nb::arg("only") = nb::none(),
-        "Return the impact of a scene at a state.");
+        nb::arg("function_rows") = nb::none(), nb::arg("function_contacts") = nb::none(),
+        nb::arg("only") = nb::none(), "Return the impact of a scene at a state.");
 }

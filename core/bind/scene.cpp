@@ -25,8 +25,6 @@ GivenState GivenArrays::state() const {
     GivenState given;
     given.function_rows = function_rows.data();
     given.function_contacts = function_contacts.data();
-    given.meetings = meetings.data();
-    given.meeting_count = static_cast<int>(meetings.size());
     given.only = only.empty() ? nullptr : only.data();
     return given;
 }
@@ -57,18 +55,10 @@ Site site_of(const Model& model, const GivenSite& given) {
     return site;
 }
 
-GivenArrays given_of(const GivenMeetings& meetings, const std::optional<Array>& function_rows,
+GivenArrays given_of(const std::optional<Array>& function_rows,
                      const std::optional<Array>& function_contacts,
                      const std::optional<std::vector<bool>>& only) {
     GivenArrays given;
-    for (const auto& [entry, point, normal, gap] : meetings) {
-        Meeting m;
-        m.entry = entry;
-        copy_numbers(point, 3, "point", m.point);
-        copy_numbers(normal, 3, "normal", m.normal);
-        m.gap = gap;
-        given.meetings.push_back(m);
-    }
     if (function_rows)
         given.function_rows.assign(function_rows->data(),
                                    function_rows->data() + function_rows->size());
@@ -187,14 +177,17 @@ void touch_stop(GivenScene& self, int q, int v, double lower, double upper) {
 }
 
 void touch_bodies(GivenScene& self, const GivenSite& first, const GivenSite& other, double margin,
-                  bool turns, const std::optional<std::tuple<int, double, Array, double>>& ball) {
+                  bool turns, const std::optional<std::tuple<int, double, Array, double>>& ball,
+                  std::vector<Shape> one, std::vector<Shape> two) {
     Pair pair;
     pair.first = site_of(self.model, first);
     pair.other = site_of(self.model, other);
-    Contact& contact = new_contact(self, ball ? Contact::ball : Contact::given);
+    Contact& contact = new_contact(self, ball ? Contact::ball : Contact::shapes);
     contact.frames = pair;
     contact.limit = margin;
     contact.turns = turns;
+    contact.first = std::move(one);
+    contact.other = std::move(two);
     if (!ball) return;
     const auto& [kind, radius, size, sign] = *ball;
     if (kind < 0 || kind > 4) throw nb::value_error("ball: there is no such shape");
@@ -322,20 +315,21 @@ void bind_scene(nb::module_& module) {
                  ++self.scene.function_contacts;
              })
         .def("touch_bodies", &touch_bodies, nb::arg("first"), nb::arg("other"), nb::arg("margin"),
-             nb::arg("turns"), nb::arg("ball").none())
+             nb::arg("turns"), nb::arg("ball").none(), nb::arg("first_shapes"),
+             nb::arg("other_shapes"))
         .def("set_ellipse", &set_ellipse, nb::arg("body"), nb::arg("along"))
         .def(
             "rows",
             [](const GivenScene& self, const Array& q, const Array& v,
                const std::optional<nb::ndarray<const double, nb::f_contig>>& jacobian,
-               const GivenMeetings& meetings, const std::optional<Array>& function_rows,
+               const std::optional<Array>& function_rows,
                const std::optional<Array>& function_contacts,
                const std::optional<std::vector<bool>>& only) {
                 return rows_of(self, q, v, jacobian,
-                               given_of(meetings, function_rows, function_contacts, only));
+                               given_of(function_rows, function_contacts, only));
             },
             nb::arg("q"), nb::arg("v"), nb::arg("jacobian") = nb::none(),
-            nb::arg("meetings") = nb::make_tuple(), nb::arg("function_rows") = nb::none(),
-            nb::arg("function_contacts") = nb::none(), nb::arg("only") = nb::none(),
+            nb::arg("function_rows") = nb::none(), nb::arg("function_contacts") = nb::none(),
+            nb::arg("only") = nb::none(),
             "The rows at a state. jacobian: of Pinocchio's joints, in place of the core's own.");
 }

@@ -103,7 +103,7 @@ def _plan(scene: Scene, flat: FlatScene) -> BatchPlan:
     if not flat.names and not scene.contacts:
         return BatchPlan(0, (f"articulated bodies over {joints} joints",))
     why = [f"mass matrix over {joints} joints, {len(flat.names)} rows of constraints"]
-    if flat.meetings or flat.functions or flat.contact_functions:
+    if flat.functions or flat.contact_functions:
         why.append("points of bodies and rows by functions are found row by row in Python")
     own = [entry.restitution for entry in scene.contacts]
     if any(callable(e) and not isinstance(e, Restitution | RestitutionTable) for e in own):

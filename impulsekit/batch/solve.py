@@ -162,11 +162,11 @@ def _given(program: Program, inputs: BatchInputs) -> dict[str, Any]:
 
 
 def _by_functions(program: Program, inputs: BatchInputs) -> dict[str, Any]:
-    """What functions of the scene and geometry give, row by row."""
+    """What functions of the scene give, row by row."""
     flat = program.flat
     names = ("function_rows", "function_contacts")
-    given: dict[str, Any] = dict.fromkeys((*names, "meeting_start"))
-    if not (flat.functions or flat.contact_functions or flat.meetings):
+    given: dict[str, Any] = dict.fromkeys(names)
+    if not (flat.functions or flat.contact_functions):
         return given
     fine = inputs.codes == 0
     rows = [
@@ -177,15 +177,6 @@ def _by_functions(program: Program, inputs: BatchInputs) -> dict[str, Any]:
         size = max((len(row[name]) for row in rows if name in row), default=0)
         if size:
             given[name] = np.array([row.get(name, np.zeros(size)) for row in rows])
-    if flat.meetings:
-        found = [row.get("meetings", []) for row in rows]
-        if len(found) == 1:
-            found *= inputs.size
-        points = [point for row in found for point in row]
-        given["meeting_start"] = np.cumsum([0, *map(len, found)], dtype=np.intc)
-        given["meeting_entries"] = np.array([point[0] for point in points], dtype=np.intc)
-        numbers = [[*place, *normal, gap] for _, place, normal, gap in points]
-        given["meeting_numbers"] = np.array(numbers, dtype=float).reshape(-1, 7)
     return given
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pinocchio as pin
 
 from ..laws.borrowed import borrowing
 from . import vectors
 from .vectors import Vector
 
-__all__ = ["contact_axes", "cross", "rows_of_axes"]
+__all__ = ["contact_axes", "cross", "place_numbers", "rows_of_axes"]
 
 
 def contact_axes(normal: np.ndarray) -> np.ndarray:
@@ -39,3 +40,8 @@ def rows_of_axes(x: float, y: float, z: float) -> tuple[Vector, Vector, Vector]:
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(3,) a × b; numpy's own is slow for one pair."""
     return np.array(vectors.cross(a.tolist(), b.tolist()))
+
+
+def place_numbers(placement: pin.SE3) -> np.ndarray:
+    """(12,) the rotation row by row, and the translation, as the core takes places."""
+    return np.concatenate([placement.rotation.ravel(), placement.translation])

@@ -40,7 +40,7 @@ class SceneJump:
         flat = self._flat
         self._yields = bool(scene.controlled and scene.contacts)
         self._without: dict[tuple[str, ...], Scene] = {}
-        self._is_given = bool(flat.functions or flat.contact_functions or flat.meetings)
+        self._is_given = bool(flat.functions or flat.contact_functions)
 
     def solve(
         self, scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int] | None = None

@@ -5,6 +5,8 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit._core import ball_shape
+from impulsekit.geometry.axes import place_numbers
 from impulsekit.impact.flat.scene import flat_scene
 
 from ..robots import random_state
@@ -272,7 +274,7 @@ def test_what_meets_a_ball():
         for way in (1, -1):
             first, other = names[::way]
             flat = flat_scene(ik.Scene(robot, contacts=[ik.Collision(first, other, margin=1.0)]))
-            assert not flat.meetings
+            assert not flat.shaped
             for _ in range(10):
                 q = pin.integrate(robot.model, robot.neutral(), rng.uniform(-0.8, 0.8, robot.nv))
                 bodies, found = Bodies(robot, q), flat.rows(q, np.zeros(robot.nv))
@@ -292,17 +294,23 @@ def test_what_meets_a_ball():
     assert compared > 20
 
 
-def test_points_that_geometry_finds(robot):
+def test_points_of_shapes(robot):
     q, v = random_state(robot, 8)
     flat = flat_scene(ik.Scene(robot, contacts=[ik.Contact("ball/ball")]))
-    flat.core.touch_bodies(
-        (flat.model.bodies[robot.joint_id("arm/panda_joint7")], np.eye(4, 3).ravel()),
-        (flat.model.bodies[robot.joint_id("dog/root_joint")], np.eye(4, 3).ravel()),
-        1e-6, True, None,
-    )  # fmt: skip
     place, normal = np.array([0.3, 0.2, 0.1]), np.array([0.0, 0.6, 0.8])
-    meetings = [(1, place + k, normal, 0.01 * k) for k in range(2)]
-    found = flat.core.rows(q, v, None, meetings=meetings)
+    ids = [robot.joint_id(name) for name in ("arm/panda_joint7", "dog/root_joint")]
+    # Balls of 5 cm on either side of two places, of which the second are a centimetre apart.
+    shapes = [
+        [
+            ball_shape(0.05, place_numbers(pin.SE3(np.eye(3), at)))
+            for k in range(2)
+            for at in [joint.actInv(place + k + side * (0.05 + 0.005 * k) * normal)]
+        ]
+        for joint, side in zip(map(flat.placements(q), ids), (1.0, -1.0), strict=True)
+    ]
+    sites = [(flat.model.bodies[joint], np.eye(4, 3).ravel()) for joint in ids]
+    flat.core.touch_bodies(*sites, 0.02, True, None, *shapes)
+    found = flat.core.rows(q, v)
     assert found.entries == [0, 1, 1]
     assert found.turning_of == [1, 2]
     bodies = Bodies(robot, q)

@@ -14,14 +14,14 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import InputError
-from ...geometry.axes import contact_axes
+from ...geometry.axes import contact_axes, place_numbers
 from ...geometry.collision import Solid, solids_of
 from ...geometry.convex import HalfSpace
 from ...geometry.features import borders_of, inside_of
 from ...geometry.polyhedron import endless_face
 from ...robot.geometry import geometry_ids
 from ...scene import Collision
-from ..flat.scene import Flattening, place_numbers
+from ..flat.scene import Flattening
 
 if TYPE_CHECKING:
     from ..._core import Scene as CoreScene
@@ -70,7 +70,7 @@ class _Touched(Flattening):
         self, scene: Scene, flat: FlatScene, q: np.ndarray, touches: Sequence[Touch]
     ) -> None:
         super().__init__(scene, flat.model)
-        self._found, self._touches = {entry for entry, _ in flat.meetings}, touches
+        self._found, self._touches = set(flat.shaped), touches
         self._placement_of = flat.placements(q)
 
     def _touch_all(self) -> None:
@@ -100,7 +100,7 @@ class _Touched(Flattening):
                             (shape, shape.in_joint * in_shape),
                         )
                     )
-                    self._core.touch_bodies(site, other, np.inf, False, given)
+                    self._core.touch_bodies(site, other, np.inf, False, given, [], [])
                     return
         shapes = [
             " or ".join(sorted({type(piece.solid.geometry).__name__ for piece in pieces}))

@@ -105,7 +105,7 @@ class StateRows:
 def _derived(scene: Scene, flat: FlatScene, q: np.ndarray, touches: Sequence[Touch]) -> DerivedRows:
     entries = [touch.entry for touch in touches]
     derive_rows: Callable[..., DerivedRows] = widest_core().derive_rows
-    if flat.meetings or flat.contact_functions:
+    if flat.shaped or flat.contact_functions:
         return derive_rows(touched_scene(scene, flat, q, touches), q, None)
     found = derive_rows(flat.core, q, None)
     if found.entries != entries:

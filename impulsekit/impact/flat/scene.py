@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -12,6 +12,7 @@ import pinocchio as pin
 from ..._core import Scene as CoreScene
 from ..._core import StateRows, add_blow, add_kick
 from ...errors import InputError
+from ...geometry.axes import place_numbers
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
 from ...scene import (
     AppliedImpulse,
@@ -30,16 +31,12 @@ from ...scene.gap_functions import FunctionRows
 from ...scene.scene import KeptByScene
 from .model import FlatModel, flat_model_of
 
-if TYPE_CHECKING:
-    from ...rows.bodies import Bodies
-
 __all__ = [
     "FlatScene",
     "Flattening",
     "check_directions",
     "flat_of",
     "flat_scene",
-    "place_numbers",
 ]
 
 CARRIERS = ("world", "first", "other", "line")
@@ -47,9 +44,6 @@ CARRIERS = ("world", "first", "other", "line")
 # Joints and frames of the two bodies of a contact, first the one that receives the impulse.
 Ends = tuple[tuple[int, int], tuple[int, int]]
 NO_ENDS: Ends = ((0, 0), (0, 0))
-
-# A point that functions or geometry gave: entry, place, normal, gap.
-Meeting = tuple[int, np.ndarray, np.ndarray, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +57,7 @@ class FlatScene:
         slices: where the rows of each constraint stand.
         vectors: (rows,) a number for each, the same for axes of one velocity.
         functions: of the constraints, and of the contacts, that functions give state by state.
-        meetings: of each ``Collision`` that is found outside the core, its entry and a function
-            that gives its points from placements of joints.
+        shaped: the contacts of bodies whose points the core finds from their shapes.
         ends: of each contact; zeros for a joint stop and for functions.
         impulses: the numbers of the known impulses: six of each blow, then those in joints.
         order: where each of them stands among the numbers of the scene's entries.
@@ -77,13 +70,13 @@ class FlatScene:
     vectors: tuple[int, ...]
     functions: tuple[FunctionRows, ...]
     contact_functions: tuple[FunctionRows, ...]
-    meetings: tuple[tuple[int, Callable[[Callable[[int], pin.SE3]], list[Any]]], ...]
+    shaped: tuple[int, ...]
     ends: tuple[Ends, ...]
     impulses: np.ndarray
     order: list[int]
 
     def given(self, q: np.ndarray) -> dict[str, Any]:
-        """What functions and geometry give at q, as ``core.rows`` takes it."""
+        """What functions give at q, as ``core.rows`` takes it."""
         given: dict[str, Any] = {}
         if self.functions:
             blocks = [rows.matrix_at(q) for rows in self.functions]
@@ -91,18 +84,7 @@ class FlatScene:
         if self.contact_functions:
             parts = [(rows.value(q), rows.matrix_at(q).ravel()) for rows in self.contact_functions]
             given["function_contacts"] = np.concatenate([x for part in parts for x in part])
-        if self.meetings:
-            given["meetings"] = self.meeting_points(q)
         return given
-
-    def meeting_points(self, q: np.ndarray) -> list[Meeting]:
-        """The points at which bodies meet that the core does not know."""
-        placement_of = self.placements(q)
-        return [
-            (entry, point.position, point.normal, point.gap)
-            for entry, points_at in self.meetings
-            for point in points_at(placement_of)
-        ]
 
     def placements(self, q: np.ndarray) -> Callable[[int], pin.SE3]:
         """A function that gives the placement of a joint in the world at q."""
@@ -165,11 +147,6 @@ def flat_scene(scene: Scene, model: FlatModel | None = None) -> FlatScene:
     return Flattening(scene, model or flat_model_of(scene.robot)).done()
 
 
-def place_numbers(placement: pin.SE3) -> np.ndarray:
-    """(12,) a rotation, row by row, and a translation."""
-    return np.concatenate([placement.rotation.ravel(), placement.translation])
-
-
 _flats: KeptByScene[FlatScene] = KeptByScene(flat_scene)
 
 
@@ -181,7 +158,7 @@ class Flattening:
         self._core = CoreScene(model.core)
         self._functions: list[FunctionRows] = []
         self._contact_functions: list[FunctionRows] = []
-        self._meetings: list[Any] = []
+        self._shaped: list[int] = []
         self._ends: list[Ends] = []
 
     def done(self) -> FlatScene:
@@ -190,7 +167,7 @@ class Flattening:
         impulses, order = self._strike()
         return FlatScene(
             self._model, self._core, names, slices, vectors, tuple(self._functions),
-            tuple(self._contact_functions), tuple(self._meetings), tuple(self._ends),
+            tuple(self._contact_functions), tuple(self._shaped), tuple(self._ends),
             impulses, order,
         )  # fmt: skip
 
@@ -318,6 +295,7 @@ class Flattening:
             self._core.set_ellipse(body, touched.placement.rotation.dot(entry.friction.along))
 
     def _touch_bodies(self, entry: Collision, index: int) -> Ends:
+        from ...geometry.core_shapes import core_shapes
         from ...robot.geometry import geometry_ids
         from ...rows.bodies import bodies_of
 
@@ -329,14 +307,15 @@ class Flattening:
             one, two = (
                 (self._model.bodies[joint], np.eye(4, 3).ravel()) for joint in bodies.joint_ids
             )
-            self._core.touch_bodies(one, two, bodies.margin, turns(entry), None)
-            self._meetings.append((index, _finder(bodies)))
+            shapes = [core_shapes(own) for own in bodies.pieces]
+            self._core.touch_bodies(one, two, bodies.margin, turns(entry), None, *shapes)
+            self._shaped.append(index)
         else:
             one, two = (
                 (self._model.bodies[piece.parentJoint], place_numbers(piece.placement))
                 for piece in (pieces if ball[3] > 0.0 else pieces[::-1])
             )
-            self._core.touch_bodies(one, two, bodies.margin, turns(entry), ball)
+            self._core.touch_bodies(one, two, bodies.margin, turns(entry), ball, [], [])
         self._rub(entry, robot.model.frames[bodies.frame_ids[1]])
         return bodies.joint_ids, bodies.frame_ids
 
@@ -363,17 +342,3 @@ def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | No
     if any(piece.geometry.getSweptSphereRadius() for piece in pieces):
         return None
     return kind, float(ball.geometry.radius), np.array(size), sign
-
-
-def _finder(bodies: Bodies) -> Callable[[Callable[[int], pin.SE3]], list[Any]]:
-    """What finds the points of two bodies, given placements of joints."""
-    from ...geometry.collision import meeting_points
-
-    def points_at(placement_of: Callable[[int], pin.SE3]) -> list[Any]:
-        first, other = (
-            [(solid, placement_of(joint) * placement) for solid, placement in own]
-            for own, joint in zip(bodies.pieces, bodies.joint_ids, strict=True)
-        )
-        return list(meeting_points(first, other, bodies.margin))
-
-    return points_at

@@ -1,0 +1,388 @@
+// Where two bodies touch, and points of that which are followed.
+//
+// Whatever two convex polytopes share where they touch has as its ends corners of one on a face of
+// the other, and crossings of an edge of each: n·(x − o) of a corner x over a face, n·(p − p') of
+// the points at which two edges e, f are nearest, n = ± e × f / |e × f|. Of a round body what
+// touches a face is a tip, where it reaches furthest against the normal of the face,
+//     x = p − ρ n,   x = c − r d − ρ n,  d = (n − (n·a) a) / |n − (n·a) a|,
+//     x = c − E Eᵀ n / |Eᵀ n| − ρ n
+// of a point p, a rim about c with the axis a, an ellipsoid with the semi-axes E; of a rim that
+// lies flat, spots fixed on it.
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/patch.hpp"
+
+namespace impulsekit {
+
+Placement relative_to(const Placement& pb, const Placement& pa) {
+    const Mat3<double>& r = pb.rotation;
+    return {{back(r, pa.rotation.x), back(r, pa.rotation.y), back(r, pa.rotation.z)},
+            pb.back(pa.origin)};
+}
+
+Shape moved(const Shape& shape, const Placement& at) {
+    Shape found = shape;
+    for (auto& p : found.points) p = at.act(p);
+    for (auto& c : found.circles) c.centre = at.act(c.centre);
+    for (auto& f : found.faces) {
+        f.normal = at.rotation * f.normal;
+        f.offset += dot(f.normal, at.origin);
+    }
+    found.axis = at.rotation * shape.axis;
+    found.across = at.rotation * shape.across;
+    found.centre = at.act(shape.centre);
+    found.axes = at.rotation * shape.axes;
+    for (auto& a : found.face_axes) a = at.rotation * a;
+    for (auto& a : found.edge_axes) a = at.rotation * a;
+    return found;
+}
+
+namespace {
+
+using V = Vec3<double>;
+
+// Faces whose cosines to a direction differ by less face it alike.
+constexpr double kAlike = 1e-6;
+// Faces and crossings that look further away from the normal of all have no part in it (cosine).
+constexpr double kFacesNormal = 0.5;
+
+double length(const V& a) { return std::sqrt(dot(a, a)); }
+
+// How far a point of a face's plane is inside its border [m], infinite where it has none.
+double inside_of(const Shape& shape, const Face& face, const V& point) {
+    double least = std::numeric_limits<double>::infinity();
+    const std::size_t n = face.loop.size();
+    for (std::size_t k = 0; k < n; ++k) {
+        const V& corner = shape.points[face.loop[k]];
+        const V way = shape.points[face.loop[(k + 1) % n]] - corner;
+        least = std::min(least, dot(cross(face.normal, way), point - corner) / length(way));
+    }
+    for (const Shape::Circle& c : shape.circles) {
+        if (n > 0 || std::abs(dot(face.normal, c.centre) - face.offset) > kBeside) continue;
+        const V way = point - c.centre;
+        least = std::min(least, c.radius - length(way - face.normal * dot(way, face.normal)));
+    }
+    return least;
+}
+
+// Two lines where they are nearest: s and u along them, and e × f.
+struct Crossing {
+    V turn, here, there;
+    double square, s, u, size, reach;
+};
+Crossing crossing_of(const V& start, const V& end, const V& from, const V& to) {
+    Crossing c;
+    V e = end - start, f = to - from;
+    c.size = length(e), c.reach = length(f);
+    e = e * (1.0 / c.size), f = f * (1.0 / c.reach);
+    c.turn = cross(e, f);
+    c.square = dot(c.turn, c.turn);
+    const V apart = from - start;
+    c.s = dot(cross(apart, f), c.turn) / c.square;
+    c.u = dot(cross(apart, e), c.turn) / c.square;
+    c.here = start + e * c.s, c.there = from + f * c.u;
+    return c;
+}
+double inside_of(const Crossing& c) { return std::min({c.s, c.size - c.s, c.u, c.reach - c.u}); }
+
+// Two pieces, the first in the frame of the other's joint.
+struct Pieces {
+    Shape a;
+    const Shape& b;
+    Placement at;  // of the first's joint there
+    int number[2];
+
+    const Shape& of(int side) const { return side == 0 ? a : b; }
+};
+
+struct Finder {
+    const Pieces& pieces;
+    V n;
+    double least, most;
+    std::vector<TouchPoint> found;
+
+    void take(const V& at, double gap, const Feature& feature) {
+        if (!(gap >= least && gap <= most)) return;
+        for (const TouchPoint& known : found) {
+            const V away = at - known.point;
+            if (std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)}) <= kOnePoint)
+                return;
+        }
+        found.push_back({feature, at, n, gap});
+    }
+};
+
+Feature named(const Pieces& pieces, Feature::Kind kind, int i, int j, int k, int m = 0) {
+    Feature feature;
+    feature.kind = kind;
+    std::copy(pieces.number, pieces.number + 2, feature.piece);
+    const int index[] = {i, j, k, m};
+    std::copy(index, index + 4, feature.index);
+    return feature;
+}
+
+// The corners of a body that are near, on faces of the other that look towards it.
+void take_corners(Finder& finder, int side, const std::vector<char>& near) {
+    const Shape &own = finder.pieces.of(side), &ground = finder.pieces.of(1 - side);
+    const V towards = side == 0 ? finder.n : -finder.n;
+    double best = -1.0;
+    for (const Face& face : ground.faces) best = std::max(best, dot(face.normal, towards));
+    const double least = std::max(kFacesNormal, best - kAlike);
+    for (std::size_t i = 0; i < own.points.size(); ++i) {
+        if (!near[i]) continue;
+        double over = -std::numeric_limits<double>::infinity();
+        int face = -1;
+        for (std::size_t k = 0; k < ground.faces.size(); ++k) {
+            if (!(dot(ground.faces[k].normal, towards) > least)) continue;
+            const double above =
+                dot(ground.faces[k].normal, own.points[i]) - ground.faces[k].offset;
+            if (above > over) over = above, face = static_cast<int>(k);
+        }
+        if (face < 0 || inside_of(ground, ground.faces[face], own.points[i]) < -kBeside) continue;
+        over -= own.radius;
+        const double gap = over - ground.radius;
+        const V at = own.points[i] - ground.faces[face].normal * (own.radius + 0.5 * gap);
+        finder.take(at, gap,
+                    named(finder.pieces, Feature::corner_on_face, side, static_cast<int>(i), face));
+    }
+}
+
+// Points where edges cross at more than an angle (sine).
+void take_crossings(Finder& finder, const std::vector<char>* near, double least) {
+    const Shape &a = finder.pieces.a, &b = finder.pieces.b;
+    for (const Shape::Edge& one : a.edges) {
+        if (!near[0][one.start] || !near[0][one.end]) continue;
+        for (const Shape::Edge& two : b.edges) {
+            if (!near[1][two.start] || !near[1][two.end]) continue;
+            const Crossing c = crossing_of(a.points[one.start], a.points[one.end],
+                                           b.points[two.start], b.points[two.end]);
+            const double sine = std::sqrt(c.square);
+            if (sine < kLeastSine || sine <= least) continue;
+            const double facing = dot(c.turn, finder.n) / sine;
+            if (std::abs(facing) < kFacesNormal || inside_of(c) < -kBeside) continue;
+            const double sign = facing >= 0.0 ? 1.0 : -1.0;
+            const double gap = sign * dot(c.turn, c.here - c.there) / sine - a.radius - b.radius;
+            Feature feature =
+                named(finder.pieces, Feature::edges_cross, one.start, one.end, two.start, two.end);
+            feature.fixed[0] = sign, feature.fixed[1] = kStillCross * sine;
+            finder.take((c.here + c.there - finder.n * (a.radius - b.radius)) * 0.5, gap, feature);
+        }
+    }
+}
+
+// The ends of what two polytopes share, or one and a half-space, along their normal.
+std::vector<TouchPoint> of_polytopes(const Pieces& pieces, double gap, const V& n, double margin) {
+    std::vector<char> near[2];
+    double level[2], thick[2], size = 0.0;
+    for (int side : {0, 1}) {
+        const Shape& own = pieces.of(side);
+        const V way = side == 0 ? -n : n;
+        level[side] = own.kind == Shape::half_space ? 0.0 : support(own, way);
+        thick[side] = own.kind == Shape::half_space ? 1e300 : level[side] + support(own, -way);
+        for (const V& p : own.points) {
+            const V away = p - own.points[0];
+            size = std::max({size, std::abs(away.x), std::abs(away.y), std::abs(away.z)});
+        }
+    }
+    const double rounding = kLeastMargin * size;
+    for (int side : {0, 1}) {
+        const Shape& own = pieces.of(side);
+        const double reach = std::min(margin - gap, 0.5 * thick[side]) + rounding;
+        for (const V& p : own.points) {
+            const double height = dot(p, side == 0 ? -n : n) + own.radius;
+            near[side].push_back(level[side] - height <= reach);
+        }
+    }
+    Finder finder{pieces, n, gap - margin - rounding, margin, {}};
+    take_corners(finder, 0, near[0]);
+    take_corners(finder, 1, near[1]);
+    take_crossings(finder, near, kEndsPatch);
+    if (finder.found.empty()) take_crossings(finder, near, 0.0);
+    const bool on_first = pieces.a.kind != Shape::half_space;
+    const double middle = on_first ? -level[0] - 0.5 * gap : level[1] + 0.5 * gap;
+    for (TouchPoint& p : finder.found) p.point += n * (middle - dot(p.point, n));
+    return finder.found;
+}
+
+// A tip, corner or fixed spot of a body on a face of the other: the point of its surface, how far
+// over the face it is and from where that ends.
+struct OverFace {
+    V x, n;
+    double gap, inside;
+};
+OverFace over_face(const Shape& own, const Shape& ground, const Feature& feature, const V& spot) {
+    const Face& face = ground.faces[feature.index[2]];
+    OverFace found;
+    found.n = face.normal;
+    const int tip = feature.index[1], count = static_cast<int>(own.points.size());
+    double flat = std::numeric_limits<double>::infinity(), around = own.radius;
+    if (feature.kind == Feature::spot_on_face) {
+        found.x = spot, around = 0.0;
+    } else if (own.kind == Shape::ellipsoid) {
+        const V across = back(own.axes, face.normal);
+        found.x = own.centre - own.axes * (across * (1.0 / length(across)));
+    } else if (tip < count) {
+        found.x = own.points[tip];
+    } else {
+        const Shape::Circle& c = own.circles[tip - count];
+        const V out = face.normal - own.axis * dot(own.axis, face.normal);
+        const double sine = length(out);
+        found.x = c.centre - (sine > 0.0 ? out * (c.radius / sine) : own.across * c.radius);
+        flat = 2.0 * c.radius * sine - kComesFlat;
+    }
+    found.x -= face.normal * around;
+    found.gap = dot(face.normal, found.x) - face.offset - ground.radius;
+    found.inside = std::min(flat, inside_of(ground, face, found.x));
+    return found;
+}
+
+// The name of a point of a patch: a tip or corner on a face that looks along the normal, if one is
+// there; else the nearest points.
+Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, const Placement& other) {
+    Feature fallback = named(pieces, Feature::nearest_points, 0, 0, 0);
+    const V kept = point.point;
+    fallback.fixed[0] = kept.x, fallback.fixed[1] = kept.y, fallback.fixed[2] = kept.z;
+    (void)other;
+    for (int side : {0, 1}) {
+        const Shape &own = pieces.of(side), &ground = pieces.of(1 - side);
+        if (own.kind == Shape::half_space) continue;
+        int face = -1;
+        double best = 1.0 - 1e-3;
+        for (std::size_t k = 0; k < ground.faces.size(); ++k) {
+            const double facing = dot(ground.faces[k].normal, side == 0 ? n : -n);
+            if (facing > best) best = facing, face = static_cast<int>(k);
+        }
+        if (face < 0) continue;
+        const int count = static_cast<int>(own.points.size());
+        const int tips =
+            own.kind == Shape::ellipsoid ? 1 : count + static_cast<int>(own.circles.size());
+        for (int tip = 0; tip < tips; ++tip) {
+            const bool corner = own.kind == Shape::polytope;
+            Feature feature = named(pieces, corner ? Feature::corner_on_face : Feature::tip_on_face,
+                                    side, tip, face);
+            V spot;
+            if (own.kind != Shape::ellipsoid && tip >= count) {
+                const Shape::Circle& c = own.circles[tip - count];
+                const V up = ground.faces[face].normal;
+                const V out = up - own.axis * dot(up, own.axis);
+                if (2.0 * c.radius * length(out) <= kLiesFlat) {
+                    const V away = point.point - c.centre;
+                    const V way = away - own.axis * dot(away, own.axis);
+                    const double size = length(way);
+                    if (std::abs(size - c.radius) > kOnePoint) continue;
+                    spot = c.centre + way * (c.radius / size);
+                    // A spot is fixed on the surface that touches.
+                    spot -= up * own.radius;
+                    feature.kind = Feature::spot_on_face;
+                    const V own_spot = side == 0 ? pieces.at.back(spot) : spot;
+                    feature.fixed[0] = own_spot.x, feature.fixed[1] = own_spot.y;
+                    feature.fixed[2] = own_spot.z;
+                }
+            }
+            const OverFace over = over_face(own, ground, feature, spot);
+            const V away = over.x - over.n * (0.5 * over.gap) - point.point;
+            if (length(away) <= kOnePoint + std::abs(point.gap) &&
+                (over.inside >= -kBeside || feature.kind == Feature::spot_on_face))
+                return feature;
+        }
+    }
+    return fallback;
+}
+
+std::vector<TouchPoint> touching_pieces(const Pieces& pieces, double gap, const V& n,
+                                        double margin) {
+    const auto flat = [](const Shape& s) {
+        return s.kind == Shape::polytope || s.kind == Shape::half_space;
+    };
+    if (flat(pieces.a) && flat(pieces.b)) return of_polytopes(pieces, gap, n, margin);
+    std::vector<TouchPoint> found;
+    const bool turn = pieces.a.kind == Shape::half_space;
+    const std::vector<PatchPoint> points = turn ? patch_of(pieces.b, pieces.a, gap, -n, margin)
+                                                : patch_of(pieces.a, pieces.b, gap, n, margin);
+    for (const PatchPoint& p : points)
+        found.push_back({name_of(pieces, p, n, {}), p.point, n, p.gap});
+    return found;
+}
+
+// Gap and normal in the frame of b's joint; along faces and edges of polytopes.
+void gap_of(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb, double& gap,
+            V& n) {
+    const bool endless = a.kind == Shape::half_space || b.kind == Shape::half_space;
+    if (!endless) return separate(a, pa, b, pb, gap, n);
+    const Nearest found = nearest(a, pa, b, pb);
+    gap = found.gap, n = back(pb.rotation, found.normal);
+}
+
+}  // namespace
+
+void touching(const std::vector<Shape>& first, const Placement& pa, const std::vector<Shape>& other,
+              const Placement& pb, double margin, std::vector<TouchPoint>& found) {
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        for (std::size_t j = 0; j < other.size(); ++j) {
+            const Shape &a = first[i], &b = other[j];
+            if (a.kind == Shape::half_space && b.kind == Shape::half_space) continue;
+            if (length(pa.act(a.centre) - pb.act(b.centre)) > a.reach + b.reach + margin) continue;
+            double gap;
+            V n;
+            gap_of(a, pa, b, pb, gap, n);
+            if (!(gap <= margin)) continue;
+            const Placement at = relative_to(pb, pa);
+            const Pieces pieces{moved(a, at), b, at, {static_cast<int>(i), static_cast<int>(j)}};
+            for (TouchPoint& p : touching_pieces(pieces, gap, n, margin)) {
+                p.point = pb.act(p.point);
+                p.normal = pb.rotation * p.normal;
+                found.push_back(p);
+            }
+        }
+    }
+}
+
+TouchPoint follow(const Feature& feature, const std::vector<Shape>& first, const Placement& pa,
+                  const std::vector<Shape>& other, const Placement& pb, double* inside) {
+    const Shape &a = first[feature.piece[0]], &b = other[feature.piece[1]];
+    TouchPoint found;
+    found.feature = feature;
+    double ends = std::numeric_limits<double>::infinity();
+    const V fixed = vec3<double>(feature.fixed);
+    if (feature.kind == Feature::edges_cross) {
+        // In the frame of the other's joint: digits of places in the world are not in the gap.
+        const Placement at = relative_to(pb, pa);
+        const int* k = feature.index;
+        const Crossing c = crossing_of(at.act(a.points[k[0]]), at.act(a.points[k[1]]),
+                                       b.points[k[2]], b.points[k[3]]);
+        const double sine = std::sqrt(c.square);
+        const V n = c.turn * (feature.fixed[0] / sine);
+        found.gap = dot(n, c.here - c.there) - a.radius - b.radius;
+        found.point = pb.act((c.here + c.there - n * (a.radius - b.radius)) * 0.5);
+        found.normal = pb.rotation * n;
+        ends = sine < feature.fixed[1] ? -ends : inside_of(c);
+    } else if (feature.kind == Feature::nearest_points) {
+        const Nearest near = nearest(a, pa, b, pb);
+        found.gap = near.gap, found.normal = near.normal;
+        found.point = (near.on_first + near.on_other) * 0.5;
+        const Placement at = relative_to(pb, pa);
+        const Pieces pieces{moved(a, at), b, at, {feature.piece[0], feature.piece[1]}};
+        double best = std::numeric_limits<double>::infinity();
+        const V n = back(pb.rotation, near.normal);
+        for (const TouchPoint& p : touching_pieces(pieces, near.gap, n, near.gap + kBeside)) {
+            const double away = length(p.point - fixed);
+            if (away < best) best = away, found.gap = p.gap, found.point = pb.act(p.point);
+        }
+    } else {
+        const int side = feature.index[0];
+        const Placement &own = side == 0 ? pa : pb, &ground = side == 0 ? pb : pa;
+        const Placement at = relative_to(ground, own);
+        const Shape &body = side == 0 ? a : b, &under = side == 0 ? b : a;
+        const OverFace over = over_face(moved(body, at), under, feature, at.act(fixed));
+        const V n = ground.rotation * over.n;
+        found.gap = over.gap;
+        found.point = ground.act(over.x - over.n * (0.5 * over.gap));
+        found.normal = side == 0 ? n : -n;
+        ends = over.inside;
+    }
+    if (inside) *inside = ends;
+    return found;
+}
+
+}  // namespace impulsekit
