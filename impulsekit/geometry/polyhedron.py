@@ -26,6 +26,7 @@ __all__ = [
     "Polyhedron",
     "can_be_separated",
     "endless_face",
+    "hull_of",
     "places_about_second",
     "polyhedron_of",
     "separate",
@@ -91,7 +92,7 @@ def polyhedron_of(shape: coal.CollisionGeometry) -> Polyhedron | None:
         return None
     if isinstance(shape, coal.Box):
         return _box(np.array(shape.halfSide).reshape(3))
-    return _hull(np.array([shape.point(i) for i in range(shape.num_points)]))
+    return hull_of(np.array([shape.point(i) for i in range(shape.num_points)]))
 
 
 def endless_face(normal: np.ndarray, height: float) -> Polyhedron:
@@ -211,7 +212,8 @@ def _box(half: np.ndarray) -> Polyhedron:
     return _of_faces(signs * half, normals, tuple(np.array(loop) for loop in loops))
 
 
-def _hull(points: np.ndarray) -> Polyhedron | None:
+def hull_of(points: np.ndarray) -> Polyhedron | None:
+    """The convex hull of points; None where it is flat."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
