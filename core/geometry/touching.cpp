@@ -239,11 +239,10 @@ OverFace over_face(const Shape& own, const Shape& ground, const Feature& feature
 
 // The name of a point of a patch: a tip or corner on a face that looks along the normal, if one is
 // there; else the nearest points.
-Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, const Placement& other) {
+Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n) {
     Feature fallback = named(pieces, Feature::nearest_points, 0, 0, 0);
-    const V kept = point.point;
-    fallback.fixed[0] = kept.x, fallback.fixed[1] = kept.y, fallback.fixed[2] = kept.z;
-    (void)other;
+    fallback.fixed[0] = point.point.x, fallback.fixed[1] = point.point.y;
+    fallback.fixed[2] = point.point.z;
     for (int side : {0, 1}) {
         const Shape &own = pieces.of(side), &ground = pieces.of(1 - side);
         if (own.kind == Shape::half_space) continue;
@@ -300,8 +299,7 @@ std::vector<TouchPoint> touching_pieces(const Pieces& pieces, double gap, const 
     const bool turn = pieces.a.kind == Shape::half_space;
     const std::vector<PatchPoint> points = turn ? patch_of(pieces.b, pieces.a, gap, -n, margin)
                                                 : patch_of(pieces.a, pieces.b, gap, n, margin);
-    for (const PatchPoint& p : points)
-        found.push_back({name_of(pieces, p, n, {}), p.point, n, p.gap});
+    for (const PatchPoint& p : points) found.push_back({name_of(pieces, p, n), p.point, n, p.gap});
     return found;
 }
 
