@@ -11,7 +11,6 @@ import numpy as np
 import pinocchio as pin
 
 from impulsekit.motion import simulate
-from impulsekit.motion.warm import compile_motion
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import AppliedForce, Collision, Contact, Scene
@@ -70,7 +69,6 @@ def _ratios(
         return []
     import mujoco
 
-    compile_motion()
     model = mujoco.MjModel.from_xml_string(world)
     model.opt.timestep = STEP
     data, steps = mujoco.MjData(model), round(duration / STEP)
@@ -145,7 +143,6 @@ def shaken_block() -> list[float]:
         "box", linear=lambda t: (8.0 * float(np.cos(t)), 0.0, 0.0), at=[0, 0, -0.1]
     )
     scene, q, v = _on_its_sole(0.8, force)
-    compile_motion()
     simulate(scene, q, v, 0.1)
     return [_processor(lambda: simulate(scene, q, v, 8.1)) for _ in range(ROUNDS)]
 

@@ -243,21 +243,9 @@ class Block {
         if (!given_.empty()) p.impulse = blow;
         coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
         solve_impact(p, solution_);
-        code = code_of(solution_);
+        code = static_cast<std::int8_t>(code_of(solution_));
         if (solution_.failure != ImpactSolution::Failure::none) return;
         keep(k, M);
-    }
-
-    static std::int8_t code_of(const ImpactSolution& s) {
-        using Failure = ImpactSolution::Failure;
-        if (s.failure == Failure::singular_mass) return kSingularMass;
-        if (s.failure == Failure::contradiction) return kContradiction;
-        if (s.failure == Failure::refused) return kRefused;
-        if (s.contact.status != Status::solved) return static_cast<std::int8_t>(s.contact.status);
-        const double worst =
-            std::max({s.momentum_residual, s.constraint_residual, s.contact_residual});
-        if (!(worst <= tolerance::inaccurate)) return kInaccurate;
-        return s.nearly_dependent ? kNearlyDependent : 0;
     }
 
     // Bring what was found back into the lane, and out.

@@ -387,4 +387,31 @@ void solve_impact(const ImpactProblem& problem, ImpactSolution& solution) {
     Impact(problem, solution).solve();
 }
 
+namespace {
+
+// As impulsekit.Status has them.
+enum Code {
+    kSolved = 0,
+    kInaccurate = 1,
+    kSingular = 12,
+    kContradictory = 13,
+    kRefused = 14,
+    kNearlyDependent = 15
+};
+
+}  // namespace
+
+int code_of(const ImpactSolution& s) {
+    using Failure = ImpactSolution::Failure;
+    if (s.failure == Failure::singular_mass) return kSingular;
+    if (s.failure == Failure::contradiction) return kContradictory;
+    if (s.failure == Failure::refused) return kRefused;
+    if (s.contact.status != Status::solved) return static_cast<int>(s.contact.status);
+    const double worst = std::max({s.momentum_residual, s.constraint_residual, s.contact_residual});
+    if (!(worst <= tolerance::inaccurate)) return kInaccurate;
+    return s.nearly_dependent ? kNearlyDependent : kSolved;
+}
+
+bool is_valid_code(int code) { return code == kSolved || code == kNearlyDependent; }
+
 }  // namespace impulsekit

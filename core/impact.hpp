@@ -48,4 +48,8 @@ struct ImpactSolution {
 
 void solve_impact(const ImpactProblem& problem, ImpactSolution& solution);
 
+// What became of it, as impulsekit.Status has it, and whether its velocities may be used.
+int code_of(const ImpactSolution& solution);
+bool is_valid_code(int code);
+
 }  // namespace impulsekit

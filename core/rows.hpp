@@ -409,7 +409,7 @@ class Rows {
                     touch_ball(tree, contact, entry);
                     break;
                 default:
-                    touch_shapes(tree, contact, entry);
+                    touch_shapes(tree, contact, entry, given);
             }
         }
     }
@@ -500,7 +500,8 @@ class Rows {
     }
 
     // As many points as the lane with the most of them has.
-    void touch_shapes(const Tree<S>& tree, const Contact& contact, int entry) {
+    void touch_shapes(const Tree<S>& tree, const Contact& contact, int entry,
+                      const GivenState* given) {
         std::size_t most = 0;
         for (int k = 0; k < lanes; ++k) {
             met_[k].clear();
@@ -509,8 +510,15 @@ class Rows {
             // What has no place meets nothing.
             const Vec3<double> away = first.origin - other.origin + first.rotation.x +
                                       first.rotation.y + other.rotation.x + other.rotation.y;
-            if (std::isfinite(dot(away, away)))
+            if (!std::isfinite(dot(away, away))) continue;
+            if (given[k].features) {
+                for (const auto& [of, feature] : *given[k].features)
+                    if (of == entry)
+                        met_[k].push_back(
+                            follow(feature, contact.first, first, contact.other, other));
+            } else {
                 touching(contact.first, first, contact.other, other, contact.limit, met_[k]);
+            }
             most = std::max(most, met_[k].size());
         }
         for (std::size_t i = 0; i < most; ++i) {

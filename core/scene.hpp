@@ -118,6 +118,9 @@ struct GivenState {
     // (contacts) which take part, whatever their gaps, stops at the nearer limit; null for those
     // that touch.
     const char* only = nullptr;
+    // By contact of bodies the points that take part, where they are known by name; null for all
+    // within the margin.
+    const std::vector<std::pair<int, Feature>>* features = nullptr;
 };
 
 // The rows of one state, of those points alone that touch, as a law of contact takes them.

@@ -25,6 +25,7 @@ from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate
 from .motion.maps.orbit import find_orbit as find_orbit
 from .motion.maps.sensitivity import sensitivity as sensitivity
+from .motion.simulation import Simulation as Simulation
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
 from .robot.placing import place as place

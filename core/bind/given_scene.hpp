@@ -29,6 +29,7 @@ struct GivenScene {
 struct GivenArrays {
     std::vector<double> function_rows, function_contacts;
     std::vector<char> only;
+    std::optional<std::vector<std::pair<int, Feature>>> features;
 
     GivenState state() const;
 };

@@ -96,11 +96,14 @@ void bind_impact(nb::module_& module) {
         [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,
            const Array& impulses, const std::optional<Array>& function_rows,
            const std::optional<Array>& function_contacts,
-           const std::optional<std::vector<bool>>& only) {
-            return impact_of(scene, law, q, v, impulses,
-                             given_of(function_rows, function_contacts, only));
+           const std::optional<std::vector<bool>>& only,
+           std::optional<std::vector<std::pair<int, Feature>>> features) {
+            GivenArrays given = given_of(function_rows, function_contacts, only);
+            given.features = std::move(features);
+            return impact_of(scene, law, q, v, impulses, given);
         },
         nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"), nb::arg("impulses"),
         nb::arg("function_rows") = nb::none(), nb::arg("function_contacts") = nb::none(),
-        nb::arg("only") = nb::none(), "Return the impact of a scene at a state.");
+        nb::arg("only") = nb::none(), nb::arg("features") = nb::none(),
+        "Return the impact of a scene at a state.");
 }

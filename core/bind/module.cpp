@@ -8,16 +8,20 @@ void bind_impact(nb::module_& module);
 void bind_tree(nb::module_& module);
 void bind_scene(nb::module_& module);
 void bind_batch(nb::module_& module);
-void bind_geometry(nb::module_& module);
 void bind_derivatives(nb::module_& module);
+void bind_geometry(nb::module_& module);
+void bind_motion(nb::module_& module);
 
 NB_MODULE(_core, module) {
+    // Scenes with functions of Python's may live until the interpreter ends.
+    nb::set_leak_warnings(false);
     module.doc() = "The compiled core of impulsekit.";
     bind_laws(module);
     bind_impact(module);
     bind_tree(module);
     bind_scene(module);
     bind_batch(module);
-    bind_geometry(module);
     bind_derivatives(module);
+    bind_geometry(module);
+    bind_motion(module);
 }

@@ -26,6 +26,7 @@ GivenState GivenArrays::state() const {
     given.function_rows = function_rows.data();
     given.function_contacts = function_contacts.data();
     given.only = only.empty() ? nullptr : only.data();
+    given.features = features ? &*features : nullptr;
     return given;
 }
 
@@ -76,6 +77,15 @@ void check_given(const GivenScene& self, const GivenArrays& given) {
             static_cast<std::size_t>(self.scene.function_contacts) * (1 + 3 * self.model.nv) ||
         (!given.only.empty() && given.only.size() != self.scene.contacts.size()))
         throw nb::value_error("given: another number of rows or contacts is wanted");
+    if (!given.features) return;
+    for (const auto& [entry, feature] : *given.features) {
+        if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
+            throw nb::value_error("features: there is no such contact");
+        const Contact& contact = self.scene.contacts[entry];
+        if (contact.kind == Contact::shapes)
+            if (!is_named(feature, contact.first, contact.other))
+                throw nb::value_error("features: there is no such point");
+    }
 }
 
 namespace {

@@ -65,23 +65,25 @@ struct Core {
         return dot(part.point, direction);
     }
 
-    // Whether one point alone reaches furthest along a direction, by more than `least`.
-    bool is_single(const V& direction, double least) const {
-        if (shape.kind == Shape::ellipsoid) return true;
+    // How many points reach furthest along a direction, within `level`; the first and the last.
+    int count_furthest(const V& direction, double level, V* ends) const {
+        if (shape.kind == Shape::ellipsoid) return 1;
         const V d = back(at.rotation, direction);
         const V out = d - shape.axis * dot(d, shape.axis);
         const double sine = length(out);
-        double best = -std::numeric_limits<double>::infinity(), second = best;
-        const auto look = [&](double height) {
-            second = std::max(second, std::min(height, best));
-            best = std::max(best, height);
+        const V way = sine > 0.0 ? out * (1.0 / sine) : shape.across;
+        double best = -std::numeric_limits<double>::infinity();
+        int count = 0;
+        const auto each = [&](const auto& look) {
+            for (const V& p : shape.points) look(p);
+            for (const auto& c : shape.circles)
+                for (double sign : {1.0, -1.0}) look(c.centre + way * (sign * c.radius));
         };
-        for (const V& p : shape.points) look(dot(p, d));
-        for (const auto& c : shape.circles) {
-            look(dot(c.centre, d) + c.radius * sine);
-            look(dot(c.centre, d) - c.radius * sine);
-        }
-        return best - second > least;
+        each([&](const V& p) { best = std::max(best, dot(p, d)); });
+        each([&](const V& p) {
+            if (dot(p, d) >= best - level) ends[count++ > 0] = at.act(p);
+        });
+        return count;
     }
 
     // The point of one part that reaches furthest.
@@ -493,7 +495,8 @@ Found largest_separation(const Pair& pair, bool only_faces_and_edges) {
 
 }  // namespace
 
-Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb) {
+Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
+                bool by_faces_and_edges) {
     if (a.kind == Shape::half_space && b.kind != Shape::half_space) {
         const Nearest other = nearest(b, pb, a, pa);
         return {other.gap, -other.normal, other.on_other, other.on_first};
@@ -514,7 +517,7 @@ Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Place
         found.on_other = found.on_first - found.normal * found.gap;
         return found;
     }
-    const Found own = largest_separation(pair, false);
+    const Found own = largest_separation(pair, by_faces_and_edges);
     found.gap = own.separation - pair.around;
     V one, two;
     for (int k = 0; k < own.simplex.count; ++k) {
@@ -522,13 +525,27 @@ Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Place
         one += c.one.point * c.weight;
         two += c.two.point * c.weight;
     }
-    // A point alone that reaches furthest is told by the normal, beside a face to all digits.
+    // A point alone that reaches furthest is told by the normal, beside a face to all digits; where
+    // nothing else is known, of several one of the body that has fewer.
     const double level = kAlone * pair.size;
+    V own_ends[2], other_ends[2];
+    const int count = pair.a.count_furthest(-own.normal, level, own_ends),
+              other_count = pair.b.count_furthest(own.normal, level, other_ends);
+    const bool unknown = own.simplex.count == 0;
     Part part;
-    if (pair.a.is_single(-own.normal, level)) {
+    if (unknown && count == 2 && other_count == 2) {
+        // Two edges, where they cross as seen along the normal.
+        const V way = own_ends[1] - own_ends[0], across = other_ends[1] - other_ends[0];
+        const V turn = cross(way, across);
+        const double square = dot(turn, turn);
+        const double s =
+            square > 0.0 ? dot(cross(other_ends[0] - own_ends[0], across), turn) / square : 0.0;
+        one = own_ends[0] + way * std::min(std::max(s, 0.0), 1.0);
+        two = one - own.normal * own.separation;
+    } else if (count == 1 || (unknown && count <= other_count)) {
         pair.a.reach(-own.normal, part);
         one = part.point, two = one - own.normal * own.separation;
-    } else if (pair.b.is_single(own.normal, level)) {
+    } else if (other_count == 1 || unknown) {
         pair.b.reach(own.normal, part);
         two = part.point, one = two + own.normal * own.separation;
     }

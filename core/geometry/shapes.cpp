@@ -51,6 +51,33 @@ void add_end(Shape& shape, const V& normal, const V& point) {
 
 }  // namespace
 
+int parts_of(const Shape& shape) {
+    return static_cast<int>(shape.kind == Shape::polytope
+                                ? shape.edges.size()
+                                : shape.points.size() + shape.circles.size());
+}
+
+Shape part_of(const Shape& shape, int part) {
+    Shape found;
+    found.radius = shape.radius;
+    found.axis = shape.axis;
+    found.across = shape.across;
+    const int count = static_cast<int>(shape.points.size());
+    if (shape.kind == Shape::polytope) {
+        found.kind = Shape::capsule;
+        found.points = {shape.points[shape.edges[part].start], shape.points[shape.edges[part].end]};
+        bound(found, (found.points[0] + found.points[1]) * 0.5);
+    } else if (part < count) {
+        found.points = {shape.points[part]};
+        bound(found, found.points[0]);
+    } else {
+        found.kind = Shape::cylinder;
+        found.circles = {shape.circles[part - count]};
+        bound(found, found.circles[0].centre);
+    }
+    return found;
+}
+
 Shape ball_shape(double radius, const Placement& at) {
     Shape shape = round_shape(Shape::ball, radius, at);
     shape.points = {at.origin};

@@ -57,6 +57,10 @@ struct Shape {
     bool is_round() const { return kind != polytope && kind != half_space; }
 };
 
+// A tip or rim of a round body, or an edge of a polytope, by itself.
+Shape part_of(const Shape& shape, int part);
+int parts_of(const Shape& shape);
+
 // Shapes of each kind; rotation and origin place them in the joint.
 Shape ball_shape(double radius, const Placement& at);
 Shape capsule_shape(double radius, double half_length, const Placement& at);
@@ -76,7 +80,10 @@ struct Nearest {
     double gap = 0.0;
     Vec3<double> normal, on_first, on_other;
 };
-Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb);
+// `by_faces_and_edges`: of two polytopes along the normals of faces and pairs of edges alone, which
+// is their distance where they overlap or touch at one of these, and less apart.
+Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
+                bool by_faces_and_edges = false);
 // The same distance alone. Larger than `enough` it may be any smaller bound that is, too.
 double distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
                 double enough = std::numeric_limits<double>::infinity());
@@ -90,18 +97,24 @@ struct Feature {
         edges_cross,     // index: ends of the first's edge, of the other's; fixed[0]: sign of e × f
         tip_on_face,     // index: side, tip (points, then circles), face: where it reaches furthest
         spot_on_face,    // index: side, −, face; fixed: a point of the round body, in its joint
-        nearest_points,  // of the patch that one nearest `fixed`, a point in the other's joint
+        nearest_points,  // of both
+        nearest_part,    // of a rim, tip or edge of one and the other: index: side, part
     };
     Kind kind = nearest_points;
     int piece[2] = {0, 0};  // of the first and of the other
     int index[4] = {0, 0, 0, 0};
     double fixed[3] = {0.0, 0.0, 0.0};
+
+    bool operator==(const Feature& other) const;
 };
 struct TouchPoint {
     Feature feature;
     Vec3<double> point, normal;  // world; halfway between the surfaces, from the other to the first
     double gap = 0.0;
 };
+// Whether a name is of pieces, corners, edges and faces that are there.
+bool is_named(const Feature& feature, const std::vector<Shape>& first,
+              const std::vector<Shape>& other);
 // Adds the points at which two bodies are no further apart than `margin` [m]: the ends of what
 // their surfaces share, piece by piece.
 void touching(const std::vector<Shape>& first, const Placement& pa, const std::vector<Shape>& other,

@@ -211,27 +211,30 @@ struct OverFace {
     V x, n;
     double gap, inside;
 };
-OverFace over_face(const Shape& own, const Shape& ground, const Feature& feature, const V& spot) {
+// `at`: of the body's joint in that of the ground.
+OverFace over_face(const Shape& own, const Placement& at, const Shape& ground,
+                   const Feature& feature, const V& spot) {
     const Face& face = ground.faces[feature.index[2]];
     OverFace found;
     found.n = face.normal;
+    const V n = back(at.rotation, face.normal);
     const int tip = feature.index[1], count = static_cast<int>(own.points.size());
     double flat = std::numeric_limits<double>::infinity(), around = own.radius;
     if (feature.kind == Feature::spot_on_face) {
         found.x = spot, around = 0.0;
     } else if (own.kind == Shape::ellipsoid) {
-        const V across = back(own.axes, face.normal);
+        const V across = back(own.axes, n);
         found.x = own.centre - own.axes * (across * (1.0 / length(across)));
     } else if (tip < count) {
         found.x = own.points[tip];
     } else {
         const Shape::Circle& c = own.circles[tip - count];
-        const V out = face.normal - own.axis * dot(own.axis, face.normal);
+        const V out = n - own.axis * dot(own.axis, n);
         const double sine = length(out);
         found.x = c.centre - (sine > 0.0 ? out * (c.radius / sine) : own.across * c.radius);
         flat = 2.0 * c.radius * sine - kComesFlat;
     }
-    found.x -= face.normal * around;
+    found.x = at.act(found.x) - face.normal * around;
     found.gap = dot(face.normal, found.x) - face.offset - ground.radius;
     found.inside = std::min(flat, inside_of(ground, face, found.x));
     return found;
@@ -239,10 +242,7 @@ OverFace over_face(const Shape& own, const Shape& ground, const Feature& feature
 
 // The name of a point of a patch: a tip or corner on a face that looks along the normal, if one is
 // there; else the nearest points.
-Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n) {
-    Feature fallback = named(pieces, Feature::nearest_points, 0, 0, 0);
-    fallback.fixed[0] = point.point.x, fallback.fixed[1] = point.point.y;
-    fallback.fixed[2] = point.point.z;
+Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool alone) {
     for (int side : {0, 1}) {
         const Shape &own = pieces.of(side), &ground = pieces.of(1 - side);
         if (own.kind == Shape::half_space) continue;
@@ -279,14 +279,28 @@ Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n) {
                     feature.fixed[2] = own_spot.z;
                 }
             }
-            const OverFace over = over_face(own, ground, feature, spot);
+            const OverFace over = over_face(own, {}, ground, feature, spot);
             const V away = over.x - over.n * (0.5 * over.gap) - point.point;
             if (length(away) <= kOnePoint + std::abs(point.gap) &&
                 (over.inside >= -kBeside || feature.kind == Feature::spot_on_face))
                 return feature;
         }
     }
-    return fallback;
+    // An end of a line along which round bodies touch.
+    for (int side : {0, 1}) {
+        if (alone) break;
+        const Shape &own = pieces.of(side), &other = pieces.of(1 - side);
+        if (own.kind == Shape::half_space || other.kind == Shape::half_space) continue;
+        for (int part = 0; part < parts_of(own); ++part) {
+            const Shape alone = part_of(own, part);
+            const Nearest near =
+                side == 0 ? nearest(alone, {}, other, {}) : nearest(other, {}, alone, {});
+            const V away = (near.on_first + near.on_other) * 0.5 - point.point;
+            if (length(away) <= kOnePoint && std::abs(near.gap - point.gap) <= kOnePoint)
+                return named(pieces, Feature::nearest_part, side, part, 0);
+        }
+    }
+    return named(pieces, Feature::nearest_points, 0, 0, 0);
 }
 
 std::vector<TouchPoint> touching_pieces(const Pieces& pieces, double gap, const V& n,
@@ -299,7 +313,8 @@ std::vector<TouchPoint> touching_pieces(const Pieces& pieces, double gap, const 
     const bool turn = pieces.a.kind == Shape::half_space;
     const std::vector<PatchPoint> points = turn ? patch_of(pieces.b, pieces.a, gap, -n, margin)
                                                 : patch_of(pieces.a, pieces.b, gap, n, margin);
-    for (const PatchPoint& p : points) found.push_back({name_of(pieces, p, n), p.point, n, p.gap});
+    for (const PatchPoint& p : points)
+        found.push_back({name_of(pieces, p, n, points.size() == 1), p.point, n, p.gap});
     return found;
 }
 
@@ -313,6 +328,33 @@ void gap_of(const Shape& a, const Placement& pa, const Shape& b, const Placement
 }
 
 }  // namespace
+
+bool is_named(const Feature& feature, const std::vector<Shape>& first,
+              const std::vector<Shape>& other) {
+    const int* piece = feature.piece;
+    const auto has = [](int i, std::size_t size) { return i >= 0 && i < static_cast<int>(size); };
+    if (!has(piece[0], first.size()) || !has(piece[1], other.size())) return false;
+    const Shape &a = first[piece[0]], &b = other[piece[1]];
+    const int* index = feature.index;
+    if (feature.kind == Feature::nearest_points) return true;
+    if (feature.kind == Feature::nearest_part)
+        return has(index[0], 2) && index[1] >= 0 && index[1] < parts_of(index[0] == 0 ? a : b);
+    if (feature.kind == Feature::edges_cross)
+        return has(index[0], a.points.size()) && has(index[1], a.points.size()) &&
+               has(index[2], b.points.size()) && has(index[3], b.points.size());
+    const Shape &own = index[0] == 0 ? a : b, &ground = index[0] == 0 ? b : a;
+    if ((index[0] != 0 && index[0] != 1) || !has(index[2], ground.faces.size())) return false;
+    return feature.kind == Feature::spot_on_face || own.kind == Shape::ellipsoid ||
+           has(index[1], own.points.size() + own.circles.size());
+}
+
+bool Feature::operator==(const Feature& other) const {
+    // Of edges that cross the sign alone is part of the name.
+    const int said = kind == edges_cross ? 1 : 3;
+    return kind == other.kind && std::equal(piece, piece + 2, other.piece) &&
+           std::equal(index, index + 4, other.index) &&
+           std::equal(fixed, fixed + said, other.fixed);
+}
 
 void touching(const std::vector<Shape>& first, const Placement& pa, const std::vector<Shape>& other,
               const Placement& pb, double margin, std::vector<TouchPoint>& found) {
@@ -342,6 +384,7 @@ TouchPoint follow(const Feature& feature, const std::vector<Shape>& first, const
     TouchPoint found;
     found.feature = feature;
     double ends = std::numeric_limits<double>::infinity();
+    if (inside) *inside = ends;
     const V fixed = vec3<double>(feature.fixed);
     if (feature.kind == Feature::edges_cross) {
         // In the frame of the other's joint: digits of places in the world are not in the gap.
@@ -355,24 +398,22 @@ TouchPoint follow(const Feature& feature, const std::vector<Shape>& first, const
         found.point = pb.act((c.here + c.there - n * (a.radius - b.radius)) * 0.5);
         found.normal = pb.rotation * n;
         ends = sine < feature.fixed[1] ? -ends : inside_of(c);
+    } else if (feature.kind == Feature::nearest_part) {
+        const bool of_first = feature.index[0] == 0;
+        const Shape part = part_of(of_first ? a : b, feature.index[1]);
+        const Nearest near = of_first ? nearest(part, pa, b, pb) : nearest(a, pa, part, pb);
+        found.gap = near.gap, found.normal = near.normal;
+        found.point = (near.on_first + near.on_other) * 0.5;
     } else if (feature.kind == Feature::nearest_points) {
         const Nearest near = nearest(a, pa, b, pb);
         found.gap = near.gap, found.normal = near.normal;
         found.point = (near.on_first + near.on_other) * 0.5;
-        const Placement at = relative_to(pb, pa);
-        const Pieces pieces{moved(a, at), b, at, {feature.piece[0], feature.piece[1]}};
-        double best = std::numeric_limits<double>::infinity();
-        const V n = back(pb.rotation, near.normal);
-        for (const TouchPoint& p : touching_pieces(pieces, near.gap, n, near.gap + kBeside)) {
-            const double away = length(p.point - fixed);
-            if (away < best) best = away, found.gap = p.gap, found.point = pb.act(p.point);
-        }
     } else {
         const int side = feature.index[0];
         const Placement &own = side == 0 ? pa : pb, &ground = side == 0 ? pb : pa;
         const Placement at = relative_to(ground, own);
         const Shape &body = side == 0 ? a : b, &under = side == 0 ? b : a;
-        const OverFace over = over_face(moved(body, at), under, feature, at.act(fixed));
+        const OverFace over = over_face(body, at, under, feature, fixed);
         const V n = ground.rotation * over.n;
         found.gap = over.gap;
         found.point = ground.act(over.x - over.n * (0.5 * over.gap));

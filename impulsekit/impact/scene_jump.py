@@ -6,7 +6,7 @@ rows, solves the law of contact in what is left, and measures the answer, in one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ import numpy as np
 from .._core import SceneImpact, solve_scene
 from ..errors import ContradictionError, InputError
 from .flat.law import contact_law
-from .flat.scene import check_directions, flat_of
+from .flat.scene import NamedPoint, check_directions, flat_of
 from .outcome import Outcome, outcome_of
 from .singular import singular_joints, singular_mass
 
@@ -43,7 +43,12 @@ class SceneJump:
         self._is_given = bool(flat.functions or flat.contact_functions)
 
     def solve(
-        self, scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int] | None = None
+        self,
+        scene: Scene,
+        q: np.ndarray,
+        v: np.ndarray,
+        touching: Container[int] | None = None,
+        features: Sequence[NamedPoint] | None = None,
     ) -> tuple[Scene, np.ndarray, Callable[[], Outcome]]:
         """The scene, (nv,) Δv, and a call that gives the rest of the outcome.
 
@@ -51,6 +56,7 @@ class SceneJump:
         stop is the stiffer of the two, and the scene returned is without that control.
 
         ``touching``: the indices of the contacts that take part; None for all that touch.
+        ``features``: the points of bodies by contact; None for those within the margin.
 
         Raises:
             ContradictionError: dependent rows demand different things.
@@ -60,6 +66,8 @@ class SceneJump:
         more = self._flat.given(q) if self._is_given else {}
         if touching is not None:
             more["only"] = [i in touching for i in range(self._count)]
+        if features is not None:
+            more["features"] = features
         found = solve_scene(self._core, self._law, q, v, self._impulses, **more)
         if found.failure or found.without_direction:
             self._refuse(scene, q, found)

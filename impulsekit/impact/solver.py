@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Sequence
 from functools import cached_property
 from math import hypot, sqrt
 from typing import TYPE_CHECKING, Any
@@ -24,6 +24,8 @@ from .scene_jump import SceneJump
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from .flat.scene import NamedPoint
 
 __all__ = ["ImpactSolver", "solve", "solve_touching", "solve_without_warnings"]
 
@@ -150,7 +152,12 @@ class _Workspace:
         return Impact(scene, q, v, self._velocity_jump(q))
 
     def solve_touching(
-        self, scene: Scene, q: ArrayLike, v: ArrayLike, touching: Container[int]
+        self,
+        scene: Scene,
+        q: ArrayLike,
+        v: ArrayLike,
+        touching: Container[int],
+        features: Sequence[NamedPoint] | None = None,
     ) -> Impact:
         """The impact of some of the contacts; q and v are copied and checked."""
         scene = self._at_start or scene
@@ -158,7 +165,7 @@ class _Workspace:
             return self.solve(scene, q, v)
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
-        scene, dv, outcome = self._rows.solve(scene, q, v, touching)
+        scene, dv, outcome = self._rows.solve(scene, q, v, touching, features)
         return Impact(scene, q, v, dv, outcome)
 
     def _no_jump(self, q: np.ndarray) -> np.ndarray:
@@ -207,10 +214,17 @@ def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
 
 
 def solve_touching(
-    scene: Scene, q: np.ndarray, v: np.ndarray, touching: Container[int]
-) -> Impact:  # fmt: skip
-    """As ``ImpactSolver.solve_touching``, by the solver kept for the scene."""
-    return _workspaces.of(scene).solve_touching(scene, q, v, touching)
+    scene: Scene,
+    q: np.ndarray,
+    v: np.ndarray,
+    touching: Container[int],
+    features: Sequence[NamedPoint] | None = None,
+) -> Impact:
+    """As ``ImpactSolver.solve_touching``, by the solver kept for the scene.
+
+    ``features``: the points of bodies by contact; None for those within the margin.
+    """
+    return _workspaces.of(scene).solve_touching(scene, q, v, touching, features)
 
 
 def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:

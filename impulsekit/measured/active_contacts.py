@@ -9,9 +9,11 @@ from itertools import combinations
 import numpy as np
 import pinocchio as pin
 
+from .._core import ForcesOfMotion
 from ..impact.flat.scene import flat_scene
 from ..impact.outcome import Touch, touches_of
-from ..motion.dynamics.accelerations import Dynamics
+from ..motion.flat import flat_motion
+from ..robot.masses import crba_of, symmetric
 from ..rows.bodies import bodies_of
 from ..scene import Collision, Scene
 
@@ -45,8 +47,9 @@ class ClosingContacts:
 
     def __init__(self, scene: Scene) -> None:
         scene = replace(scene, impulses=())
-        self._dynamics = Dynamics(scene)
+        self._core = ForcesOfMotion(flat_motion(scene).core, 0.0)
         self._model = scene.robot.model
+        self._data = self._model.createData()
         self._names = scene.entry_names("contacts")
         self._margins = {
             k: bodies_of(scene.robot, entry).margin
@@ -63,10 +66,8 @@ class ClosingContacts:
     def gaps(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(contacts,) the gap of each [m, rad]; infinite for a stop without limits."""
         found = np.full(len(self._names), np.inf)
-        gaps = self._dynamics.gaps
-        if gaps is not None:
-            distances, _ = gaps.everything(q, v)
-            np.minimum.at(found, gaps.entries, distances)
+        for _, entry, value, _ in self._core.gaps(q, v):
+            found[entry] = min(found[entry], value)
         return found
 
     def nearest(
@@ -142,7 +143,8 @@ class ClosingContacts:
 
     def mass_of(self, q: np.ndarray) -> np.ndarray:
         """(nv, nv) M at q."""
-        return np.array(self._dynamics.mass_matrix(q))
+        found = np.array(crba_of(self._model)(self._model, self._data, q))
+        return symmetric(found.reshape(self._model.nv, self._model.nv))
 
     def _blocks(self, q: np.ndarray, order: list[int]) -> dict[int, Block]:
         """Rows and axes of each contact, and under ``HELD`` the rows of the constraints."""

@@ -8,11 +8,13 @@ from math import ceil
 import numpy as np
 import pinocchio as pin
 
-from ..motion.dynamics.accelerations import Dynamics
-from ..scene import Scene
+from .._core import ForcesOfMotion
+from ..motion.flat import flat_motion
+from ..scene import JointFriction, Scene
 from ..tolerances import NONZERO
 from .free_fall import free_joints
 from .recording_checks import turns_of
+
 
 # No step turns a body, or turns or moves a joint, by more [rad, m]: the error of the rule is then
 # below 1e-6 of a step, far below any noise.
@@ -56,13 +58,17 @@ class Flight:
 
     def __init__(self, scene: Scene) -> None:
         self.model = scene.robot.model
-        self._dynamics = Dynamics(replace(scene, impulses=(), contacts=()))
+        free = replace(scene, impulses=(), contacts=())
+        self._core = ForcesOfMotion(flat_motion(free).core, 0.0)
+        dry = [0] * len({f.joint for f in scene.forces if isinstance(f, JointFriction)})
+        self._nothing = np.zeros(0), dry, np.zeros(0)
         # Where free joints begin in q and v.
         self._free = [(joint.idx_q, joint.idx_v) for joint in free_joints(self.model)]
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇."""
-        return np.array(self._dynamics.acceleration(t, q, v))
+        found = self._core.at(t, q, v, self._nothing)
+        return np.array(found["acceleration"])
 
     def step(
         self, t: float, q: np.ndarray, v: np.ndarray, dt: float

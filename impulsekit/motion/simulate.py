@@ -9,19 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError, a_thing, check_kind, quoted
-from ..robot import state
-from ..robot.model_checks import check_capacity
-from ..scene import Contact, Scene
+from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted
+from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
+from .followed import Followed, checked_start
 from .record.trajectory import Trajectory
-from .run import Run
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["chosen_settings", "simulate"]
+__all__ = ["chosen_settings", "sample_times", "simulate"]
 
 # Simulated time of the whole, and what is left to wait.
 BAR = "{l_bar}{bar}| {n:.4g} of {total:.4g} s [{elapsed}<{remaining}]"
@@ -95,25 +93,15 @@ def simulate(
         >>> [round(time, 6) for time, _ in motion.impacts]
         [0.451524]
     """
-    check_kind(scene, Scene, "simulate")
-    for i, contact in enumerate(scene.contacts):
-        if isinstance(contact, Contact) and contact.adhesion and not contact.holding_force:
-            raise InputError(
-                f"simulate: contacts[{i}] has an adhesion, which bounds the impulse, and no force "
-                "that holds between impacts; give holding_force= [N] too"
-            )
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
         raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")
     chosen, times = chosen_settings(settings, duration, samples, changes)
-    model = scene.robot.model
-    check_capacity(model, copies=2)
-    q = state.checked_configuration(model, q)
-    v = state.checked_velocity(model, v)
+    q, v = checked_start(scene, q, v, "simulate")
     with (
         np.errstate(over="ignore", invalid="ignore", divide="ignore"),
         _shown(progress, chosen.duration) as tell,
     ):
-        return Run(scene, q, v, chosen, tell).trajectory(times)
+        return Followed(scene, q, v, chosen).to_end(times, tell)
 
 
 @contextmanager
@@ -155,12 +143,18 @@ def chosen_settings(
         given["samples"] = samples
     chosen = base.changed(**given)
     if samples is not None and np.ndim(samples) > 0:
-        return chosen, _sample_times(samples, chosen.duration)
-    count = chosen.samples if chosen.duration > 0.0 else 1
-    return chosen, np.linspace(0.0, chosen.duration, count)
+        return chosen, sample_times(samples, chosen.duration)
+    return chosen, sample_times(chosen.samples, chosen.duration)
 
 
-def _sample_times(samples: Any, duration: float) -> np.ndarray:
+def sample_times(samples: Any, duration: float) -> np.ndarray:
+    """The (T,) times of samples [s]: so many, evenly, or those that are given.
+
+    Raises:
+        RangeError, NotFiniteError: no times of such a motion.
+    """
+    if np.ndim(samples) == 0:
+        return np.linspace(0.0, duration, int(samples) if duration > 0.0 else 1)
     times = np.array([number(t, "samples") for t in samples])
     if not times.size:
         raise RangeError.of("samples", samples, "at least one time")

@@ -2,7 +2,6 @@
 
 import os
 import pathlib
-import pickle
 import signal
 import subprocess
 import sys
@@ -14,12 +13,8 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit import errors
-from impulsekit.batch.inputs import batch_inputs
-from impulsekit.batch.motions import pool, worker
+from impulsekit.batch.motions import pool
 from impulsekit.cli import main
-from impulsekit.motion.flight.strides import Strides
-from impulsekit.motion.warm import compile_motion
-from impulsekit.scene.motion import MotionSettings
 
 MODELS = pathlib.Path(__file__).parents[2] / "models"
 BALL = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
@@ -35,13 +30,6 @@ def drops(count, seed=0):
     return q, rng.normal(size=(count, BALL.nv))
 
 
-@pytest.fixture(scope="module")
-def warm():
-    """Compiled code for all: where one row runs as Python, its last places differ."""
-    compile_motion(SCENE)
-
-
-@pytest.mark.usefixtures("warm")
 def test_rows_are_the_motions_of_simulate_bit_for_bit():
     q, v = drops(6)
     restitution = np.linspace(0.1, 0.7, 6)[:, None]
@@ -78,7 +66,6 @@ def test_rows_are_the_motions_of_simulate_bit_for_bit():
         batch.q[0] = 0.0
 
 
-@pytest.mark.usefixtures("warm")
 @pytest.mark.parametrize("processes", [1, 2])
 def test_rows_that_are_wrong_are_told_and_stop_nothing(processes):
     q, v = drops(5)
@@ -261,27 +248,6 @@ def test_a_study_of_motions_goes_to_a_store(tmp_path):
     file.write_text(STUDY.replace('"end", ', '"ends", '))
     wrong = CliRunner().invoke(main, ["batch", str(file), "-q"])
     assert wrong.exit_code != 0 and '"ends"' in wrong.stderr
-
-
-@pytest.mark.usefixtures("warm")
-def test_a_process_makes_many_steps_at_once(monkeypatch):
-    q, v = drops(1)
-    counts = []
-    made = Strides.make
-
-    def counted(self, until, most, deepest):
-        counts.append(most)
-        return made(self, until, most, deepest)
-
-    monkeypatch.setattr(Strides, "make", counted)
-    state = worker._State()
-    assert state.scene(pickle.dumps(SCENE)) == ""
-    settings, times = MotionSettings(duration=0.3), np.linspace(0.0, 0.3, 3)
-    inputs = batch_inputs(SCENE, q, v, None, None, None, None)
-    kind, found = state.row(inputs, settings, times)
-    assert kind == "row" and found.status is ik.MotionStatus.FINISHED
-    # As in ``simulate``: one step a call costs twice the time.
-    assert counts and min(counts) > 1
 
 
 @pytest.mark.skipif(os.name != "posix", reason="processes of POSIX")

@@ -44,12 +44,12 @@ def check_drop(kind, seed):
     scene, q, v = thrown(kind, seed)
     motion = ik.simulate(scene, q, v, duration=4.0, samples=2001)
     assert motion.status.finished, motion.detail
-    assert np.abs(motion.v[-1]).max() < 1e-10
+    assert np.abs(motion.v[-1]).max() < 1e-9
     # Slip that stops, turns or begins holds up no steps.
     assert motion.steps < 1500
     assert np.diff(motion.energy().total).max() < 1e-9
     lowest = min(heights(q).min() for q in motion.q)
-    assert lowest > -1e-9
+    assert lowest > -2e-9
     # It lies flat on one of its faces, all four corners down.
     assert np.sort(np.abs(heights(motion.q[-1])))[3] < 1e-10
 

@@ -80,9 +80,6 @@ class _State:
         """Take a scene; "" or why it cannot be had here."""
         try:
             self._scene = pickle.loads(packed)
-            from ...motion.warm import load_motion
-
-            load_motion(self._scene)
         except Exception as error:  # whatever a pickle raises
             return f"{type(error).__name__}: {error}"
         return ""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..._core import Feature, StateRows, add_blow, add_kick
 from ..._core import Scene as CoreScene
-from ..._core import StateRows, add_blow, add_kick
 from ...errors import InputError
 from ...geometry.axes import place_numbers
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
@@ -42,6 +42,8 @@ __all__ = [
 CARRIERS = ("world", "first", "other", "line")
 
 # Joints and frames of the two bodies of a contact, first the one that receives the impulse.
+# A contact, and the name of a point of its bodies.
+NamedPoint = tuple[int, Feature]
 Ends = tuple[tuple[int, int], tuple[int, int]]
 NO_ENDS: Ends = ((0, 0), (0, 0))
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
+from ..._core import ForcesOfMotion
 from ...scene import Scene
-from ..dynamics.accelerations import Dynamics
-from ..gaps.resting import RestingContact
+from ...scene.motion import MotionSettings
+from ..flat import flat_motion
+from ..start import core_of
 
 __all__ = ["Flow", "slopes"]
 
@@ -20,6 +23,8 @@ RTOL, ATOL = 1e-12, 1e-13
 # and forces at rest, which are found to some 1e-11, do not shake them.
 STEP = 4e-4
 LONGEST_FLOW = 0.5
+# Slip below this has no direction [m/s].
+NO_WAY = 1e-5
 
 
 class Flow:
@@ -34,21 +39,23 @@ class Flow:
     def __init__(self, scene: Scene, resting: Iterable[str] = ()) -> None:
         names = frozenset(resting)
         contacts = scene.contacts if names else ()
-        self._dynamics = Dynamics(replace(scene, impulses=(), contacts=contacts))
-        self._model = self._dynamics.model
+        self._scene = replace(scene, impulses=(), contacts=contacts)
+        self._core = ForcesOfMotion(flat_motion(self._scene).core, NO_WAY)
+        self._model = scene.robot.model
         of_scene = scene.entry_names("contacts")
-        self._entries = [i for i, name in enumerate(of_scene) if name in names]
+        self._entries = {i for i, name in enumerate(of_scene) if name in names}
+        self._footing: Any = None
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇ at a state of the motion itself."""
-        self._begin(t, q, v)
-        return np.array(self._dynamics.acceleration(t, q, v))
+        self._begin(q, v)
+        return np.array(self._core.at(t, q, v, self._footing)["acceleration"])
 
     def jacobian(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(2 nv, 2 nv) how the state at ``end`` [s] changes with that at ``start``, and it."""
-        self._begin(start, q, v)
+        self._begin(q, v)
         total = np.eye(2 * len(v))
         pieces = max(1, int(np.ceil((end - start) * np.abs(v).max(initial=0.0) / LONGEST_FLOW)))
         times = np.linspace(start, end, pieces + 1)
@@ -57,27 +64,16 @@ class Flow:
             total = part @ total
         return total, q, v
 
-    def _begin(self, t: float, q: np.ndarray, v: np.ndarray) -> None:
+    def _begin(self, q: np.ndarray, v: np.ndarray) -> None:
         """Find out which points of the resting contacts slide from here on."""
-        dynamics = self._dynamics
-        gaps, resting = dynamics.gaps, dynamics.resting
-        if gaps is None or not self._entries:
-            return
-        distances, _ = gaps.everything(q, v)
-        resting.contacts = []
-        for entry in self._entries:
+        core = core_of(self._scene, q, v, MotionSettings())
+        nearest: dict[int, tuple[float, int]] = {}
+        for gap, entry, value, _ in self._core.gaps(q, v):
             # Of a joint's two stops the nearer one.
-            own = np.flatnonzero(gaps.entries == entry)
-            gap = int(own[np.abs(distances[own]).argmin()])
-            friction = getattr(gaps.items[gap], "friction", 0.0)
-            resting.contacts.append(RestingContact(gap, entry, friction, t))
-        gaps.hold(resting.contacts, q)
-        # Slip first: forces that held points which slip would contradict each other.
-        resting.begin(gaps.velocities(resting.contacts, q, v))
-        for _ in range(4):
-            dynamics.acceleration(t, q, v)
-            if not resting.update_slides(fresh=True):
-                break
+            if entry in self._entries:
+                nearest[entry] = min(nearest.get(entry, (np.inf, -1)), (abs(value), gap))
+        core.begin(v, sorted(gap for _, gap in nearest.values()))
+        self._footing = core.footing(0.0)
 
     def _piece(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray
@@ -96,22 +92,10 @@ class Flow:
     def _moved(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        from scipy.integrate import solve_ivp
-
-        nv, model = len(v), self._model
-        # The chart around the start: q = q₀ ⊕ x with ẋ = ∂(q ⊖ q₀)/∂q v.
-        reference = pin.integrate(model, q, by[:nv])
-
-        def rates(t: float, y: np.ndarray) -> np.ndarray:
-            place = pin.integrate(model, reference, y[:nv])
-            turn = pin.dDifference(model, reference, place, pin.ArgumentPosition.ARG1)
-            rate = self._dynamics.acceleration(t, place, y[nv:])
-            return np.concatenate([turn @ y[nv:], rate])
-
-        y = np.concatenate([np.zeros(nv), v + by[nv:]])
-        found = solve_ivp(rates, (start, end), y, "DOP853", [end], rtol=RTOL, atol=ATOL)
-        y = found.y[:, -1]
-        return pin.integrate(model, reference, y[:nv]), y[nv:]
+        nv = len(v)
+        q = pin.integrate(self._model, q, by[:nv])
+        found: Any = self._core.flow(start, end, q, v + by[nv:], self._footing, RTOL, ATOL)
+        return found[0], found[1]
 
 
 def slopes(away: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..._core import ForcesOfMotion
 from ...display import OneLine
 from ...errors import ImpulsekitError, InputError, RangeError, SolveError, check_kind, quoted
 from ...robot import state
@@ -24,8 +25,7 @@ from ...scene import Scene
 from ...scene.functions import call, numbers_from
 from ...scene.motion import MotionSettings
 from ...tolerances import NONZERO
-from ..dynamics.accelerations import Dynamics
-from ..gaps.resting import RestingContact
+from ..flat import flat_motion
 from ..simulate import simulate
 from .flow import ATOL, RTOL, slopes
 from .sensitivity import Chain
@@ -306,18 +306,14 @@ class _Search:
 
     def _gap_row(self, impact: Any, motion: Trajectory, time: float) -> np.ndarray:
         """(nv,) the row of the gap that closes."""
-        dynamics = Dynamics(self._scene)
-        gaps, names = dynamics.gaps, motion.scene.entry_names("contacts")
-        if gaps is None:
-            raise InputError("no contacts")
+        core = ForcesOfMotion(flat_motion(self._scene).core, 0.0)
+        names = motion.scene.entry_names("contacts")
         rests = {r.contact for r in motion.rests if r.start < time - AT_START <= r.end}
         touched = [names[t.entry] for t in impact.outcome.touches]
         closing = [n for n in touched if n in self._contacts and n not in rests]
-        values, _ = gaps.everything(impact.q, impact.v_before)
-        own = [i for i in range(len(values)) if names[gaps.entries[i]] in closing]
-        gap = min(own, key=lambda i: abs(values[i]))
-        contact = RestingContact(gap, int(gaps.entries[gap]), 0.0, time)
-        return gaps.rows([contact], impact.q)[2]
+        gaps = core.gaps(impact.q, impact.v_before)
+        own = [(abs(value), gap) for gap, entry, value, _ in gaps if names[entry] in closing]
+        return np.array(core.gap_row(min(own)[1], impact.q, impact.v_before))
 
     def _start_slope(self, x: np.ndarray) -> np.ndarray:
         """(2 nv, n) how the start changes with x."""

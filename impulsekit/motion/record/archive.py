@@ -144,24 +144,36 @@ def check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> No
     Raises:
         InputError: they are not.
     """
-    robot, pieces, samples = scene.robot, len(arrays["path_start"]), len(arrays["t"])
-    for key, shape in (
-        ("t", (samples,)),
-        ("q", (samples, robot.nq)),
-        ("v", (samples, robot.nv)),
-        ("path_start", (pieces,)),
-        ("path_end", (pieces,)),
-        ("path_reference", (pieces, robot.nq)),
-        ("path_values", (pieces, 8, 2 * robot.nv)),
+    robot, samples = scene.robot, len(arrays["t"])
+    pieces, rests = len(arrays["path_times"]), len(arrays["path_rests_end"])
+    size, dry = robot.nq + robot.nv, arrays["path_dry"].size // max(rests, 1)
+    for key, shape, kind in (
+        ("t", (samples,), float),
+        ("q", (samples, robot.nq), float),
+        ("v", (samples, robot.nv), float),
+        ("path_times", (pieces, 4), float),
+        ("path_before", (pieces, size), float),
+        ("path_shape", (pieces, 7, size), float),
+        ("path_footing", (pieces,), int),
+        ("path_rests", (arrays["path_rests"].size,), float),
+        ("path_rests_end", (rests,), int),
+        ("path_dry", (rests, dry) if rests else arrays["path_dry"].shape, int),
+        ("path_controls", (rests, arrays["path_controls"].size // max(rests, 1)), float),
+        ("path_end", (1 + size,), float),
     ):
         array = arrays[key]
-        if array.shape != shape or array.dtype != np.float64 or not samples or not pieces:
+        if array.shape != shape or array.dtype != np.dtype(kind) or not samples:
             raise InputError(
                 f'{source}: "{key}" holds {array.dtype} of shape {array.shape}; for this '
-                f"robot, expected float64 of shape {shape}"
+                f"robot, expected {np.dtype(kind)} of shape {shape}"
             )
-    starts, ends = arrays["path_start"], arrays["path_end"]
-    if not (np.isfinite(arrays["t"]).all() and np.isfinite(ends).all()):
+    starts, ends = arrays["path_times"][:, 0], arrays["path_times"][:, 1]
+    footing, last = arrays["path_footing"], arrays["path_rests_end"]
+    if not (np.isfinite(arrays["t"]).all() and np.isfinite(arrays["path_times"]).all()):
         raise InputError(f"{source} holds times that are not finite")
     if not ((starts <= ends).all() and (np.diff(starts) >= 0.0).all()):
         raise InputError(f"{source} holds steps that are not in order of time")
+    inside = not len(footing) or (footing.min() >= 0 and footing.max() < rests)
+    rising = (np.diff(last) >= 0).all() and (not rests or last[-1] == arrays["path_rests"].size)
+    if not (inside and rising):
+        raise InputError(f"{source} holds rests that are none of its steps'")

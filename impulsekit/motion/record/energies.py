@@ -11,8 +11,6 @@ import pinocchio as pin
 from ...display import OneLine
 from ...robot.arrays import read_only
 from ...robot.masses import crba_of, symmetric
-from ..forces.field import ForceField
-from ..tree.memory import Memory
 
 if TYPE_CHECKING:
     from .sampled import SampledMotion
@@ -56,9 +54,8 @@ class MomentumHistory(OneLine):
 def energies_of(motion: SampledMotion) -> EnergyHistory:
     """See ``Trajectory.energy``."""
     model = _with_gravity(motion)
-    memory = Memory(model)
-    data = memory.data
-    forces = ForceField(motion.scene) if motion.scene.forces else None
+    data = model.createData()
+    core = motion.loads.core if motion.scene.forces else None
     rows, crba = np.empty((len(motion.t), 3)), crba_of(model)
     for row, q, v in zip(rows, motion.q, motion.v, strict=True):
         # By M itself: Pinocchio's own function takes no mimic joints.
@@ -69,7 +66,7 @@ def energies_of(motion: SampledMotion) -> EnergyHistory:
             inertia.mass * model.gravity.linear.dot(placement.act(inertia.lever))
             for inertia, placement in zip(model.inertias, data.oMi, strict=True)
         )
-        row[2] = forces.potential(q, memory) if forces is not None else 0.0
+        row[2] = core.spring_energy(q) if core is not None else 0.0
     kinetic, gravity, springs = (read_only(column.copy()) for column in rows.T)
     return EnergyHistory(kinetic, gravity, springs)
 

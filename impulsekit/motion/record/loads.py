@@ -7,8 +7,8 @@ M a = τ − h + Aᵀλ + JᵀP, of which a, λ and P are one answer.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..._core import ForcesOfMotion
 from ...impact.forces import BodyImpulse, on_both_bodies, on_both_ends
 from ...impact.reactions import transmitted
 from ...rows.entries import FramePair, frame_pair, rows_of_entry
@@ -24,21 +25,19 @@ from ...scene import (
     AppliedForce,
     Collision,
     Contact,
+    GapContact,
     JointFriction,
     JointSpring,
+    JointStop,
     Rope,
     Scene,
 )
-from ..dynamics.accelerations import Dynamics
-from ..forces.field import ForceField
-from ..gaps.rated import StopGap
-from ..tree.memory import Memory
+from ..flat import flat_motion
 
 if TYPE_CHECKING:
-    from ..rest.joints import DryJoints
     from .path import Path
 
-__all__ = ["ForceBetween", "Loads", "LoadsOfMotion", "PushedPoint"]
+__all__ = ["ForceBetween", "Loads", "LoadsOfMotion", "PushedPoint", "pushed_points"]
 
 # So many times are kept with their forces: those of one look at a motion.
 MOST_KEPT = 4096
@@ -95,62 +94,31 @@ class Loads:
 
     def __init__(self, of: LoadsOfMotion, t: float) -> None:
         self._of = of
-        piece = of.path.piece(t)
+        start, end = of.path.span(t)
         # A force that jumps where a step ends counts as it is within the step.
-        inside = math.nextafter(piece.start, math.inf), math.nextafter(piece.end, -math.inf)
+        inside = math.nextafter(start, math.inf), math.nextafter(end, -math.inf)
         self.t = min(max(t, inside[0]), inside[1]) if inside[0] < inside[1] else t
         self.q, self.v = of.path.state(t)
-        dynamics = of.dynamics
-        dynamics.resting = piece.footing.restored(of.scene, dynamics.gaps)
-        self.acceleration = np.array(dynamics.acceleration(self.t, self.q, self.v))
-        data = of.memory.data
-        pin.forwardKinematics(dynamics.model, data, self.q, self.v)
+        found = of.core.at(self.t, self.q, self.v, of.path.footing(t))
+        self.acceleration = found["acceleration"]
+        data = of.data
+        pin.forwardKinematics(of.model, data, self.q, self.v)
         self._placements = [pin.SE3(placement) for placement in data.oMi]
-        self.points = tuple(self._pushed(dynamics, data))
-        self.multipliers, self.unique = np.empty(0), None
-        if dynamics.held is not None and dynamics.borne is not None:
-            self.multipliers, self.unique = dynamics.borne
-        joints = dynamics.resting.joints
+        self.points = tuple(pushed_points(of.scene, found))
+        self.multipliers, unique = found["multipliers"], np.array(found["unique"], dtype=bool)
+        self.unique = None if unique.all() else unique
         self.forces = tuple(
-            _dry(joints, i, float(self.v[field]))
-            if isinstance(field, int)
-            else field.at(self.t, self.q, self.v, of.memory)
-            for i, field in enumerate(of.fields)
+            _dry(found["dry"], one, float(self.v[one.row]))
+            if isinstance(one, _DryShare)
+            else one.at(self.t, self.q, self.v, data)
+            for one in of.fields
         )
-
-    def _pushed(self, dynamics: Dynamics, data: pin.Data) -> Iterator[PushedPoint]:
-        gaps, resting = dynamics.gaps, dynamics.resting
-        if gaps is None or not resting.contacts:
-            return
-        pushed = resting.forces
-        if resting.slide():
-            # Of what slides the law gives the normal force, which friction goes with.
-            pushed = resting.ways(resting.slip, resting.friction())[0].dot(pushed)
-        forces, slip = pushed.reshape(-1, 3).copy(), resting.slip.reshape(-1, 3)
-        if (pulls := resting.pulls()) is not None:
-            forces[:, 2] -= pulls
-        turning = {} if resting.rolling is None else resting.rolling.by_point(resting.contacts)
-        i = 0
-        for contact in resting.contacts:
-            item = gaps.items[contact.gap]
-            if isinstance(item, StopGap):
-                force = np.array([item.sign * forces[i, 2]])
-                yield PushedPoint(contact.entry, None, force, float(forces[i] @ slip[i]))
-                i += 1
-                continue
-            for position, axes in item.spots(data):
-                power, moment = float(forces[i] @ slip[i]), None
-                if i in turning:
-                    own, speed = turning[i]
-                    power, moment = power + float(own @ speed), axes @ own
-                yield PushedPoint(contact.entry, position, axes @ forces[i], power, moment)
-                i += 1
 
     @cached_property
     def row_velocities(self) -> np.ndarray:
         """(m,) the velocities of the constraints' rows [m/s, rad/s]."""
-        held = self._of.dynamics.held
-        return np.empty(0) if held is None else held.rows.matrix(held.data, self.q) @ self.v
+        found: Any = self._of.core.row_velocities(self.q, self.v)
+        return np.asarray(found)
 
     @cached_property
     def on_bodies(self) -> tuple[BodyImpulse, ...]:
@@ -220,25 +188,28 @@ class LoadsOfMotion:
 
     Attributes:
         scene, path: of the motion.
-        dynamics: its accelerations.
+        core: what gives them.
         rows: by constraint, where its rows stand among all.
         fields: by the scene's forces, what each gives; of dry friction the joint's row in v.
         anchors: of the constraints between bodies: what they say, where their rows are, names.
     """
 
-    def __init__(self, scene: Scene, path: Path) -> None:
+    def __init__(self, scene: Scene, path: Path, slow: float) -> None:
         self.scene, self.path = scene, path
-        self.dynamics = Dynamics(replace(scene, impulses=()))
-        robot = scene.robot
+        flat, robot = flat_motion(scene), scene.robot
+        self.core = ForcesOfMotion(flat.core, slow)
         self.model = pin.Model(robot.model)
         self.model.gravity.linear = np.array(scene.gravity)
-        self.memory, self.data_of_robot = Memory(self.dynamics.model), self.model.createData()
-        names = scene.entry_names("forces")
+        self.data, self.data_of_robot = self.model.createData(), self.model.createData()
+        names, dry = scene.entry_names("forces"), list[int]()
+        for force in scene.forces:
+            if isinstance(force, JointFriction) and _row_of(scene, force) not in dry:
+                dry.append(_row_of(scene, force))
         self.fields = [
-            _row_of(scene, force)
+            _DryShare(scene, force, dry)
             if isinstance(force, JointFriction)
-            else _OneForce(scene, force, name)
-            for force, name in zip(scene.forces, names, strict=True)
+            else _OneForce(self.core, flat.flat.model.bodies, scene, i, name)
+            for i, (force, name) in enumerate(zip(scene.forces, names, strict=True))
         ]
         said = [rows_of_entry(robot, entry) for entry in scene.constraints]
         ends = np.cumsum([0, *(len(own.labels) for own in said)]).tolist()
@@ -293,24 +264,62 @@ class LoadsOfMotion:
         return (frames[ids[0]].parentJoint, frames[ids[1]].parentJoint), (ids[0], ids[1])
 
 
+def pushed_points(scene: Scene, found: dict[str, Any]) -> Iterator[PushedPoint]:
+    """Where contacts that rest push, as the core found it."""
+    forces, slip = found["forces"].reshape(-1, 3), found["slip"].reshape(-1, 3)
+    axes, places = found["axes"].reshape(-1, 3, 3), found["places"].reshape(-1, 3)
+    moments, turning = found["moments"].reshape(-1, 3), found["turning"].reshape(-1, 3)
+    turns = {i: k for k, i in enumerate(found["turning_of"])}
+    for i, entry in enumerate(found["entries"]):
+        power = float(forces[i] @ slip[i])
+        if isinstance(scene.contacts[entry], JointStop):
+            yield PushedPoint(entry, None, np.array([found["signs"][i] * forces[i, 2]]), power)
+            continue
+        moment = None
+        if i in turns:
+            k = turns[i]
+            power += float(moments[k] @ turning[k])
+            moment = axes[i] @ moments[k]
+        by_functions = isinstance(scene.contacts[entry], GapContact)
+        place = None if by_functions else places[i]
+        yield PushedPoint(entry, place, axes[i] @ forces[i], power, moment)
+
+
 def _row_of(scene: Scene, friction: JointFriction) -> int:
     return int(scene.robot.model.joints[scene.robot.joint_id(friction.joint)].idx_v)
 
 
-def _dry(joints: DryJoints | None, entry: int, speed: float) -> ForceBetween:
-    """What an entry of dry friction gave at the last evaluation."""
-    torque = 0.0 if joints is None else joints.torque_of(entry)
+class _DryShare:
+    """An entry of dry friction: the joint's row in v, and its share of all friction there."""
+
+    def __init__(self, scene: Scene, friction: JointFriction, rows: list[int]) -> None:
+        self.row = _row_of(scene, friction)
+        self.index = rows.index(self.row)
+        total = sum(
+            force.torque
+            for force in scene.forces
+            if isinstance(force, JointFriction) and _row_of(scene, force) == self.row
+        )
+        self.part = friction.torque / total if total else 0.0
+
+
+def _dry(torques: np.ndarray, share: _DryShare, speed: float) -> ForceBetween:
+    """What an entry of dry friction gives."""
+    torque = float(share.part * torques[share.index])
     return ForceBetween(np.array([torque]), torque * speed, ())
 
 
 class _OneForce:
     """One of the scene's forces by itself."""
 
-    def __init__(self, scene: Scene, force: Any, name: str) -> None:
+    def __init__(
+        self, core: ForcesOfMotion, bodies: Sequence[int], scene: Scene, index: int, name: str
+    ) -> None:
         robot = scene.robot
-        self._field = ForceField(replace(scene, forces=[replace(force, name=name)]))
-        self._name = name
-        self._joint, self._frames = None, {}
+        force: Any = scene.forces[index]
+        self._core, self._bodies, self._index, self._name = core, bodies, index, name
+        self._joint: slice | None = None
+        self._frames: dict[int, int] = {}
         if isinstance(force, Actuator | JointSpring):
             joint = robot.model.joints[robot.joint_id(force.joint)]
             self._joint = slice(joint.idx_v, joint.idx_v + joint.nv)
@@ -322,20 +331,22 @@ class _OneForce:
         for frame_id in map(robot.frame_id, names):
             self._frames[robot.model.frames[frame_id].parentJoint] = frame_id
 
-    def at(self, t: float, q: np.ndarray, v: np.ndarray, memory: Memory) -> ForceBetween:
-        """What it gives; ``memory`` with placements and velocities."""
+    def at(self, t: float, q: np.ndarray, v: np.ndarray, data: pin.Data) -> ForceBetween:
+        """What it gives; ``data`` with placements and velocities."""
+        given: Any = self._core.force(self._index, t, q, v)
+        torque, wrenches = given
         if self._joint is not None:
-            torque = self._field.torque(t, q, v)
             return ForceBetween(torque[self._joint].copy(), float(torque @ v), ())
-        wrenches, data = self._field.wrenches(t, memory), memory.data
-        bodies = tuple(
-            BodyImpulse(frame_id, joint_id, pin.Force(wrenches[joint_id]), self._name)
-            for joint_id, frame_id in self._frames.items()
-        )
+        by_body = wrenches.reshape(-1, 6)
+        bodies = []
+        for joint_id, frame_id in self._frames.items():
+            own, turn = by_body[self._bodies[joint_id]], data.oMi[joint_id].rotation
+            force = pin.Force(turn.T @ own[:3], turn.T @ own[3:])
+            bodies.append(BodyImpulse(frame_id, joint_id, force, self._name))
         power = sum(data.v[b.joint_id].dot(b.wrench_in_joint) for b in bodies if b.joint_id > 0)
         first = next(b for b in bodies if b.frame_id == self._first)
         at_point = self._placement * pin.SE3(np.eye(3), self._at)
         own = at_point.actInv(first.wrench_in_joint)
         turn = data.oMi[first.joint_id].rotation @ at_point.rotation
         value = np.concatenate([turn @ own.linear, turn @ own.angular])
-        return ForceBetween(value, float(power), bodies)
+        return ForceBetween(value, float(power), tuple(bodies))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
@@ -23,7 +24,19 @@ if TYPE_CHECKING:
 
     from .loads import LoadsOfMotion
 
-__all__ = ["Rest", "SampledMotion"]
+__all__ = ["Rest", "SampledMotion", "slip_without_direction"]
+
+# Slip below so many times what has no direction of its own keeps the way in which it began [m/s].
+GROWN, NO_SLIP = 100.0, 1e-9
+
+
+# (time [s], impact) in order of time.
+Impacts = tuple[tuple[float, Impact], ...]
+
+
+def slip_without_direction(settings: MotionSettings) -> float:
+    """Slip that keeps the way in which it began [m/s]."""
+    return GROWN * max(NO_SLIP, settings.capture_speed)
 
 
 @dataclass(frozen=True)
@@ -48,7 +61,7 @@ class SampledMotion(Displayed):
         scene: Scene,
         t: np.ndarray,
         path: Path,
-        impacts: tuple[tuple[float, Impact], ...],
+        impacts: Impacts | Callable[[], Impacts],
         rests: tuple[Rest, ...],
         status: MotionStatus,
         settings: MotionSettings,
@@ -59,7 +72,7 @@ class SampledMotion(Displayed):
     ) -> None:
         self.scene = scene
         self.t = read_only(t)
-        self.impacts = tuple((float(time), impact) for time, impact in impacts)
+        self._made_impacts = impacts if callable(impacts) else lambda: impacts
         self.rests = rests
         self.status, self.settings = status, settings
         self.detail = detail
@@ -68,20 +81,23 @@ class SampledMotion(Displayed):
         self._path = path
 
     @cached_property
+    def impacts(self) -> Impacts:
+        """(time [s], ``Impact``) in order of time; made where they are asked for."""
+        return self._made_impacts()
+
+    @cached_property
     def q(self) -> np.ndarray:
         """(len(t), nq) the configurations at the samples."""
-        own = [q for q, _ in self._states]
-        return read_only(np.array(own).reshape(len(self.t), self.scene.robot.nq))
+        return read_only(self._states[0])
 
     @cached_property
     def v(self) -> np.ndarray:
         """(len(t), nv) the velocities at the samples."""
-        own = [v for _, v in self._states]
-        return read_only(np.array(own).reshape(len(self.t), self.scene.robot.nv))
+        return read_only(self._states[1])
 
     @cached_property
-    def _states(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        return [self._path.state(time) for time in self.t.tolist()]
+    def _states(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._path.states(self.t)
 
     @property
     def duration(self) -> float:
@@ -93,7 +109,7 @@ class SampledMotion(Displayed):
         """All forces of the motion, worked out where they are asked for."""
         from .loads import LoadsOfMotion
 
-        return LoadsOfMotion(self.scene, self._path)
+        return LoadsOfMotion(self.scene, self._path, slip_without_direction(self.settings))
 
     def checked_times(self, t: ArrayLike) -> np.ndarray:
         """Times of the motion [s], a number or (T,), as an array.
@@ -155,10 +171,10 @@ class SampledMotion(Displayed):
         return time
 
     def __getstate__(self) -> dict[str, Any]:
-        # Between samples the path of a copy is its interpolant.
-        _ = self.q, self.v
+        _ = self.impacts
         state = dict(vars(self))
         for made in (
+            "_made_impacts",
             "_states",
             "contacts",
             "constraints",
@@ -167,9 +183,7 @@ class SampledMotion(Displayed):
             "loads",
         ):
             state.pop(made, None)
-        state["_path"] = self._path.arrays(), self._path.footings
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._path = Path.of_arrays(self.scene.robot.model, *state["_path"])

@@ -14,7 +14,6 @@ from ...files import replaced_file
 from ...robot.arrays import read_only
 from ...scene import Scene
 from ...scene.motion import MotionSettings
-from ..rest.footing import footings_of, packed_footings
 from .archive import (
     bytes_of,
     check_arrays,
@@ -31,8 +30,8 @@ from .status import MotionStatus
 
 __all__ = ["load_motion", "save_motion"]
 
-# Of the file that ``save`` writes; 1 held a pickle, 2 nothing of what rested.
-FORMAT = 3
+# Of the file that ``save`` writes; 1 held a pickle, 2 nothing of what rested, 3 another path.
+FORMAT = 4
 
 Motion = TypeVar("Motion", bound=SampledMotion)
 
@@ -45,7 +44,6 @@ def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
         "format": FORMAT,
         "without_scene": reason,
         "impacts": impacts,
-        "footings": packed_footings(motion._path.footings),
         "rests": [[rest.contact, rest.start, rest.end] for rest in motion.rests],
         "status": motion.status.name,
         "settings": dataclasses.asdict(motion.settings),
@@ -85,7 +83,7 @@ def load_motion(kind: type[Motion], path: str | os.PathLike[str], scene: Scene |
         motion = kind(
             scene,
             arrays["t"],
-            Path.of_arrays(scene.robot.model, arrays, footings_of(scene, record["footings"])),
+            Path.of_arrays(scene.robot.model, arrays),
             impacts_of(scene, record["impacts"], arrays["numbers"]),
             tuple(Rest(str(c), float(a), float(b)) for c, a, b in record["rests"]),
             MotionStatus[record["status"]],

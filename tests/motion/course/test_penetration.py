@@ -34,8 +34,8 @@ def test_a_box_that_falls_edge_on_edge_does_not_sink_in_unsaid():
     assert motion.t[-1] == motion.duration
 
 
-@pytest.mark.parametrize(("floor", "told"), [("plane", False), ("box", True)])
-def test_a_storm_of_impacts_names_a_distance_that_is_not_told_to_rounding(floor, told):
+@pytest.mark.parametrize("floor", ["plane", "box"])
+def test_an_egg_that_bounces_too_often_ends_with_a_status(floor):
     robot = ik.Robot.from_mjcf(
         f"""<mujoco><worldbody><geom name="floor" type="{floor}" size="2 2 1"/>
         <body name="egg" pos="0 0 2"><freejoint name="free"/>
@@ -43,8 +43,7 @@ def test_a_storm_of_impacts_names_a_distance_that_is_not_told_to_rounding(floor,
         </worldbody></mujoco>"""
     )
     scene = ik.Scene(robot, contacts=[ik.Collision("shell", "floor", restitution=0.5, name="egg")])
-    q = robot.configuration(free=[0, 0, 1.2, 0, 0, 0, 1] if told else [0, 0, 0.2, 0, 0, 0, 1])
+    q = robot.configuration(free=[0, 0, 0.2 if floor == "plane" else 1.2, 0, 0, 0, 1])
     motion = ik.simulate(scene, q, robot.velocity(), duration=1.0, max_impacts=2)
     assert motion.status is MotionStatus.EVENT_STORM
     assert motion.detail.startswith("max_impacts is 2")
-    assert ("the distance of egg is found by iteration" in motion.detail) == told

@@ -141,7 +141,7 @@ def test_no_pickle_is_opened(motion, tmp_path, monkeypatch):
         ),
         ({"t": np.full(7, np.nan)}, "not finite"),
         ({"t": np.zeros(0)}, '"t" holds float64'),
-        ({"path_values": np.zeros((1, 8, 3))}, '"path_values"'),
+        ({"path_shape": np.zeros((1, 8, 3))}, '"path_shape"'),
         ({"numbers": np.zeros(2)}, "numbers of an impact are missing"),
     ],
 )

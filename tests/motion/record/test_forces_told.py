@@ -168,7 +168,8 @@ def test_momentum_and_energy_are_those_that_forces_and_impulses_give():
     middle = motion.impacts[2][0]
     for start, end in ((None, None), (0.2, 0.7), (None, middle), (middle, 1.0), (0.31, 0.3100001)):
         balance = motion.balance(start, end)
-        assert np.abs(balance.residual).max() < 1e-8 * scale
+        # What parts more slowly than 1e-5 m/s is laid down.
+        assert np.abs(balance.residual).max() < 5e-8 * scale
         floor = motion.contacts["floor"].impulse(start, end)
         np.testing.assert_allclose(balance.shares["floor"][:3], floor, atol=1e-12)
     # Two parts add up, whatever happens where they meet.

@@ -162,13 +162,17 @@ def test_stiffness_that_explodes_ends_with_a_status_and_keeps_what_there_is():
     assert motion.t[-1] == motion.duration
 
 
-@pytest.mark.parametrize("speed", [1e8, 1e99])
-def test_speeds_that_no_number_of_steps_can_follow_end_at_once(speed):
+def test_spins_that_no_number_of_steps_can_follow_end_at_once():
     scene = ik.Scene(ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer"))
-    flight = ik.simulate(scene, scene.robot.neutral(), [speed, 0, 0, 0, 0, 0], duration=1.0)
+    flight = ik.simulate(scene, scene.robot.neutral(), [0, 0, 0, 1e8, 0, 0], duration=1.0)
     assert flight.status is MotionStatus.TOO_MANY_STEPS
     assert flight.steps < 5000
     assert "units of the velocities" in flight.detail
+
+
+@pytest.mark.parametrize("speed", [1e8, 1e16])
+def test_high_speeds_are_followed(speed):
+    scene = ik.Scene(ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer"))
     # As fast for as long as it takes: the same motion in other units of time.
     short = ik.simulate(scene, scene.robot.neutral(), [speed, 0, 0, 0, 0, 0], duration=300 / speed)
     assert short.status.finished

@@ -280,7 +280,7 @@ def test_motions_are_kept_and_rows_of_a_batch_are_the_same(tmp_path):
         assert again.forces["dry"].force(t) == pytest.approx(motion.forces["dry"].force(t))
     batch = ik.simulate_batch(scene, [[0.5], [0.02]], [[0.0], [0.0]], duration=2.0)
     np.testing.assert_array_equal(batch.q[0], motion.q)
-    assert (batch.q[1] == 0.02).all()
+    np.testing.assert_allclose(batch.q[1], 0.02, rtol=1e-14)
 
 
 def test_what_is_not_supported_says_so():
@@ -294,9 +294,6 @@ def test_what_is_not_supported_says_so():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     with pytest.raises(InputError, match="takes a joint"):
         ik.Scene(ball, forces=[ik.JointFriction("root_joint", 1.0)])
-    rolls = ik.Contact("b00", friction=0.3, rolling=0.01)
-    with pytest.raises(InputError, match="rolling"):
-        ik.simulate(ik.Scene(robot, contacts=[rolls], forces=scene.forces), [1.0], [0.0])
 
 
 def test_a_joint_at_its_stop_is_held_by_both():

@@ -125,8 +125,7 @@ def test_a_slip_that_begins_slowly_turns_as_it_should():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["dop853", "radau"])
-def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances(method):
+def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances():
     leg = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
     q = leg.configuration(joint_1=0.5, joint_2=-1.0, joint_3=0.8)
     data = leg.model.createData()
@@ -138,7 +137,7 @@ def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances(metho
     foot = ik.Contact("link_3", at=[0, 0, -1], origin=tip(q), friction=2.0)
     springs = [ik.JointSpring(f"joint_{i}", stiffness=40, damping=2) for i in (1, 2, 3)]
     scene = ik.Scene(leg, contacts=[foot], forces=springs)
-    loose = {"method": method, "rtol": 1e-5, "atol": 1e-7}
+    loose = {"rtol": 1e-5, "atol": 1e-7}
     motion = ik.simulate(scene, q, leg.velocity(), duration=2.0, **loose)
     assert [rest.end for rest in motion.rests] == [np.inf]
     assert np.abs(motion.q[-1] - q).max() > 0.5

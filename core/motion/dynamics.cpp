@@ -1,0 +1,349 @@
+#include "motion/dynamics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "arena.hpp"
+#include "laws/dense.hpp"
+#include "laws/tolerances.hpp"
+#include "motion/rest_law.hpp"
+
+namespace impulsekit {
+namespace {
+
+// The slip [m/s] of what has begun to slide.
+constexpr double kTiny = 1e-300;
+// Dependent rows may differ by this share of the accelerations they speak of.
+constexpr double kContradiction = 1e-6;
+// Rounding of rates of rows, of what squares of velocities can make.
+constexpr double kRounded = 1e-12;
+// Rounds in which rounding of large multipliers is brought down.
+constexpr int kRefinements = 2;
+
+void add_transposed(const double* rows, int count, int nv, const double* x, double* y) {
+    for (int r = 0; r < count; ++r) {
+        if (x[r] == 0.0) continue;
+        const double* row = rows + r * nv;
+        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
+    }
+}
+
+}  // namespace
+
+Dynamics::Dynamics(const MotionScene& own)
+    : scene(own),
+      tree(*own.scene.model),
+      holding(own.scene, own.entries, own.driven_places, own.driven_speeds, own.holding),
+      touching(own.scene, own.law, own.bodies, own.touching, own.conditional),
+      kinks(own.forces) {
+    const int nv = own.scene.model->nv;
+    M_.resize(nv * nv);
+    load_.resize(nv);
+    start_.resize(nv);
+    multipliers.resize(holding.rows());
+    unique.assign(holding.rows(), 1);
+    dry_torque.assign(own.dry.size(), 0.0);
+    dry_rate.assign(own.dry.size(), 0.0);
+    dense_.resize(nv);
+    for (int k = 0; k < nv; ++k) dense_[k] = k - 1;
+}
+
+double Dynamics::static_friction(int entry) const {
+    if (touching.is_elliptic(entry)) return 1.0;
+    return scene.law.contacts[entry].friction;
+}
+
+double Dynamics::sliding_friction(int entry, double speed) const {
+    const Friction& model = scene.law.contacts[entry].model;
+    if (model.kind == Friction::Kind::static_kinetic) return model.second;
+    if (model.kind == Friction::Kind::by_speed) return model.at_speed(std::max(speed, kTiny));
+    return static_friction(entry);
+}
+
+bool Dynamics::has_drop(int entry) const {
+    const Friction::Kind kind = scene.law.contacts[entry].model.kind;
+    return kind == Friction::Kind::static_kinetic || kind == Friction::Kind::by_speed;
+}
+
+void Dynamics::look(const double* q, const double* v, bool rates) {
+    tree.place(q);
+    tree.move(v);
+    if (!rates) return;
+    Arena::Scope scope(scratch());
+    tree.bias(v, scene.gravity, scratch().take(scene.scene.model->nv));
+}
+
+const std::vector<double>& Dynamics::mass_matrix() {
+    tree.weigh();
+    tree.mass_matrix(M_.data());
+    return M_;
+}
+
+bool Dynamics::moved(const double* rows, int count, const double* change, double* dv) {
+    const int nv = scene.scene.model->nv;
+    std::fill(dv, dv + nv, 0.0);
+    if (count == 0) return true;
+    mass_matrix();
+    Arena::Scope scope(scratch());
+    double *half = scratch().take(count * nv), *x = scratch().take(count),
+           *lacking = scratch().take(count);
+    filled_ = !mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv);
+    if (filled_) {
+        // Rows stand in for the inertia that is missing.
+        for (int r = 0; r < count; ++r)
+            for (int i = 0; i < nv; ++i)
+                for (int j = 0; j < nv; ++j) M_[i * nv + j] += rows[r * nv + i] * rows[r * nv + j];
+        if (!mass_.factor(M_.data(), dense_.data(), nv)) return false;
+    }
+    std::copy(rows, rows + count * nv, half);
+    for (int r = 0; r < count; ++r) mass_.half(half + r * nv);
+    int* vectors = scratch().take_int(count);
+    for (int r = 0; r < count; ++r) vectors[r] = r;
+    const BilateralRows own(half, count, nv, vectors);
+    own.solve(change, x, lacking);
+    add_transposed(half, count, nv, x, dv);
+    mass_.rest(dv);
+    return true;
+}
+
+// τ − h: forces, weight, and what velocities ask for; the tree is left with rates.
+void Dynamics::write_load(double t, const double* q, const double* v, const Rest& rest) {
+    const int nv = scene.scene.model->nv;
+    std::fill(load_.begin(), load_.end(), 0.0);
+    std::fill(tree.wrench.begin(), tree.wrench.end(), Spatial<double>{});
+    add_forces(scene.forces, kinks, -1, t, q, v, tree, load_.data());
+    Arena::Scope scope(scratch());
+    double* along = scratch().take(nv);
+    if (scene.forces.on_bodies()) {
+        tree.gather(along);
+        for (int i = 0; i < nv; ++i) load_[i] += along[i];
+    }
+    tree.bias(v, scene.gravity, along);
+    for (int i = 0; i < nv; ++i) load_[i] -= along[i];
+    for (std::size_t i = 0; i < rest.controls.size(); ++i) load_[i] += rest.controls[i];
+    for (std::size_t j = 0; j < scene.dry.size(); ++j) {
+        dry_torque[j] = -rest.dry[j] * scene.dry[j].bound;
+        dry_rate[j] = 0.0;
+        load_[scene.dry[j].v] += dry_torque[j];
+    }
+}
+
+// M, or where it is singular M + Σ aᵀa/s with the rows that hold and what they ask for.
+bool Dynamics::factor_mass(const double* wanted) {
+    const int nv = scene.scene.model->nv, m = holding.rows();
+    mass_matrix();
+    filled_ = false;
+    if (mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv)) return true;
+    filled_ = true;
+    double heaviest = 0.0;
+    for (int k = 0; k < nv; ++k) heaviest = std::max(heaviest, M_[k * nv + k]);
+    std::vector<double> M = M_;
+    for (int r = 0; r < m; ++r) {
+        const double* row = holding.A() + r * nv;
+        double size = 0.0;
+        for (int k = 0; k < nv; ++k) {
+            const double own = M_[k * nv + k];
+            size += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
+        }
+        if (!(size > 0.0)) continue;
+        for (int i = 0; i < nv; ++i) {
+            load_[i] += row[i] * wanted[r] / size;
+            for (int j = 0; j < nv; ++j) M[i * nv + j] += row[i] * row[j] / size;
+        }
+    }
+    return m > 0 && mass_.factor(M.data(), dense_.data(), nv);
+}
+
+// Adds to `start`, half-solved, what the multipliers give that bring rows to what is wanted, and
+// to them; false where rows contradict each other.
+bool Dynamics::eliminate(double* start, const double* wanted) {
+    const int nv = scene.scene.model->nv, m = holding.rows();
+    Arena::Scope scope(scratch());
+    double *left = scratch().take(m), *more = scratch().take(m), *lacking = scratch().take(m);
+    for (int round = 0; round <= kRefinements; ++round) {
+        double off = 0.0, terms = 0.0;
+        for (int r = 0; r < m; ++r) {
+            const double own = dot(half_rows_.data() + r * nv, start, nv);
+            left[r] = wanted[r] - own;
+            off = std::max(off, std::abs(left[r]));
+            terms = std::max(terms, std::abs(wanted[r]) + std::abs(own));
+        }
+        if (off <= tolerance::rounding * terms) break;
+        held_->solve(left, more, lacking);
+        if (round == 0 && largest(lacking, m) > kContradiction * terms + kRounded * squares_)
+            return false;
+        for (int r = 0; r < m; ++r) multipliers[r] += more[r];
+        add_transposed(half_rows_.data(), m, nv, more, start);
+        if (round == 0 && largest(lacking, m) > 0.1 * off) break;
+    }
+    return true;
+}
+
+// J and its bias: points, turning, joints that keep still.
+void Dynamics::write_rest_rows(const double* q, const double* v, const Rest& rest) {
+    const int nv = scene.scene.model->nv, n = static_cast<int>(rest.points.size());
+    turning_points.clear();
+    for (int i = 0; i < n; ++i)
+        if (touching.gaps()[rest.points[i].gap].turns) turning_points.push_back(i);
+    const int k = static_cast<int>(turning_points.size());
+    int still = 0;
+    for (signed char way : rest.dry) still += way == 0;
+    rows_ = 3 * (n + k) + still;
+    J_.assign(rows_ * nv, 0.0);
+    bias_.assign(rows_, 0.0);
+    int next = 0;
+    for (int i = 0; i < n; ++i) {
+        const bool turns = next < k && turning_points[next] == i;
+        const int row = 3 * (n + next);
+        touching.rows(tree, rest.points[i], q, v, J_.data() + 3 * i * nv,
+                      turns ? J_.data() + row * nv : nullptr, bias_.data() + 3 * i,
+                      turns ? bias_.data() + row : nullptr);
+        next += turns;
+    }
+    int row = 3 * (n + k);
+    for (std::size_t j = 0; j < rest.dry.size(); ++j)
+        if (rest.dry[j] == 0) J_[row++ * nv + scene.dry[j].v] = 1.0;
+}
+
+Trouble Dynamics::accelerate(double t, const double* q, const double* v, Rest& rest, double* a) {
+    ++evaluations;
+    const int nv = scene.scene.model->nv, m = holding.rows();
+    velocity_ = v;
+    look(q, v);
+    write_load(t, q, v, rest);
+    Arena::Scope scope(scratch());
+    double *wanted = scratch().take(m), *speed = scratch().take(m);
+    if (m > 0) {
+        holding.fill(tree, q, v);
+        holding.speeds(t, speed, wanted);
+        for (int r = 0; r < m; ++r) wanted[r] -= holding.bias()[r];
+        const double fastest = largest(v, nv);
+        squares_ = largest(holding.A(), m * nv) * fastest * fastest;
+    }
+    if (!factor_mass(wanted)) return Trouble::singular_mass;
+    double* start = start_.data();
+    std::copy(load_.begin(), load_.end(), start);
+    mass_.half(start);
+    std::fill(multipliers.begin(), multipliers.end(), 0.0);
+    if (m > 0) {
+        half_rows_.assign(holding.A(), holding.A() + m * nv);
+        for (int r = 0; r < m; ++r) mass_.half(half_rows_.data() + r * nv);
+        held_ = std::make_shared<BilateralRows>(half_rows_.data(), m, nv, holding.vectors(),
+                                                holding.wider());
+        unique = held_->unique();
+        if (!eliminate(start, wanted)) return Trouble::contradiction;
+    }
+    if (rest.acts()) {
+        write_rest_rows(q, v, rest);
+        const Trouble trouble = rest_forces(rest, start, wanted);
+        if (trouble != Trouble::none) return trouble;
+    } else {
+        F.clear(), rate.clear(), slip.clear(), moment.clear(), turn_rate.clear(), turning.clear();
+    }
+    std::copy(start, start + nv, a);
+    mass_.rest(a);
+    return Trouble::none;
+}
+
+Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
+    const int nv = scene.scene.model->nv, m = holding.rows();
+    const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
+    Arena::Scope scope(scratch());
+    half_contacts_ = J_;
+    left_.resize(J_.size());
+    for (int r = 0; r < rows_; ++r) mass_.half(half_contacts_.data() + r * nv);
+    left_ = half_contacts_;
+    double *free = scratch().take(rows_), *W = scratch().take(rows_ * rows_);
+    for (int r = 0; r < rows_; ++r)
+        free[r] = bias_[r] + dot(half_contacts_.data() + r * nv, start, nv);
+    if (m > 0)
+        for (int r = 0; r < rows_; ++r) {
+            const double* row = half_contacts_.data() + r * nv;
+            double* own = left_.data() + r * nv;
+            held_->project_off(own);
+            const double bar = held_->rounding_of_span();
+            if (dot(own, own, nv) <= bar * bar * dot(row, row, nv)) std::fill(own, own + nv, 0.0);
+        }
+    for (int i = 0; i < rows_; ++i)
+        for (int j = 0; j <= i; ++j)
+            W[i * rows_ + j] = W[j * rows_ + i] =
+                dot(left_.data() + i * nv, left_.data() + j * nv, nv);
+    slip.assign(3 * n, 0.0);
+    turning.assign(3 * k, 0.0);
+    RestProblem p;
+    p.points = n;
+    p.turning = k;
+    p.joints = rows_ - 3 * (n + k);
+    double *reach = scratch().take(n + 2 * k), *way = scratch().take(2 * (n + 2 * k)),
+           *bound = scratch().take(p.joints), *pull = scratch().take(n);
+    char* pressed = reinterpret_cast<char*>(scratch().take(n));
+    size = 0.0;
+    for (int i = 0; i < n; ++i) {
+        const RestPoint& point = rest.points[i];
+        const int entry = touching.gaps()[point.gap].entry;
+        for (int j = 0; j < 3; ++j)
+            slip[3 * i + j] = dot(J_.data() + (3 * i + j) * nv, velocity_, nv);
+        pressed[i] = point.pressed;
+        reach[i] = static_friction(entry);
+        if (point.slip.moves) {
+            const double speed = std::hypot(slip[3 * i], slip[3 * i + 1]);
+            reach[i] = sliding_friction(entry, speed);
+            for (int j = 0; j < 2; ++j)
+                way[2 * i + j] = speed > slow ? slip[3 * i + j] / speed : point.slip.way[j];
+        }
+        if (!scene.pulls.empty()) pull[i] = scene.pulls[entry];
+    }
+    for (int r = 0; r < rows_; ++r) size = std::max(size, std::abs(free[r]));
+    for (int i = 0; i < n; ++i)
+        if (pull[i] > 0.0) {
+            for (int r = 0; r < rows_; ++r) free[r] -= W[r * rows_ + 3 * i + 2] * pull[i];
+            size = std::max(size, W[(3 * i + 2) * (rows_ + 1)] * pull[i]);
+        }
+    for (int c = 0; c < k; ++c) {
+        const RestPoint& point = rest.points[turning_points[c]];
+        const ContactCoefficients& own = scene.law.contacts[touching.gaps()[point.gap].entry];
+        const int row = 3 * (n + c), roll = n + 2 * c;
+        for (int j = 0; j < 3; ++j)
+            turning[3 * c + j] = dot(J_.data() + (row + j) * nv, velocity_, nv);
+        reach[roll] = own.rolling;
+        reach[roll + 1] = own.torsion;
+        const double speed = std::hypot(turning[3 * c], turning[3 * c + 1]),
+                     spin = turning[3 * c + 2];
+        if (point.roll.moves)
+            for (int j = 0; j < 2; ++j)
+                way[2 * roll + j] = speed > slow ? turning[3 * c + j] / speed : point.roll.way[j];
+        if (point.spin.moves)
+            way[2 * (roll + 1)] =
+                std::abs(spin) > slow ? (spin > 0.0 ? 1.0 : -1.0) : point.spin.way[0];
+    }
+    int joint = 0;
+    for (std::size_t j = 0; j < rest.dry.size(); ++j)
+        if (rest.dry[j] == 0) bound[joint++] = scene.dry[j].bound;
+    p.W = W;
+    p.b = free;
+    p.reach = reach;
+    p.way = way;
+    p.turning_of = turning_points.data();
+    p.bound = bound;
+    double *force = scratch().take(rows_), *rates = scratch().take(rows_);
+    if (!solve_rest(p, pressed, force, rates)) return Trouble::rest_not_solved;
+    for (int i = 0; i < n; ++i) {
+        rest.points[i].pressed = pressed[i];
+        force[3 * i + 2] -= pull[i];
+    }
+    F.assign(force, force + 3 * n);
+    rate.assign(rates, rates + 3 * n);
+    moment.assign(force + 3 * n, force + 3 * (n + k));
+    turn_rate.assign(rates + 3 * n, rates + 3 * (n + k));
+    joint = 3 * (n + k);
+    for (std::size_t j = 0; j < rest.dry.size(); ++j)
+        if (rest.dry[j] == 0) {
+            dry_torque[j] = force[joint];
+            dry_rate[j] = rates[joint++];
+        }
+    add_transposed(half_contacts_.data(), rows_, nv, force, start);
+    if (m > 0 && !eliminate(start, wanted)) return Trouble::contradiction;
+    return Trouble::none;
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,109 @@
+// Accelerations: M a = τ − h + Aᵀλ + JᵀF with A a = ẇ − Ȧ v for what holds and Coulomb's law on
+// J a + J̇ v for what rests (Chang & Huston 1995, eq. (17), with multipliers).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "laws/bilateral.hpp"
+#include "mass.hpp"
+#include "motion/forces.hpp"
+#include "motion/holding.hpp"
+#include "motion/touching.hpp"
+
+namespace impulsekit {
+
+// A joint with dry friction τ_c.
+struct DryJoint {
+    int v = 0;
+    double bound = 0.0;
+};
+
+// What rests: points, and joints with dry friction (−1, 1: it moves that way; 0: it keeps still);
+// and the torques that are set from outside meanwhile.
+struct Rest {
+    std::vector<RestPoint> points;
+    std::vector<signed char> dry;
+    std::vector<double> controls;  // (nv), or none
+
+    bool acts() const {
+        for (signed char way : dry)
+            if (way == 0) return true;
+        return !points.empty();
+    }
+};
+
+// A robot, what acts on it, holds and touches it: all that does not change along a motion.
+struct MotionScene {
+    Scene scene;
+    ContactLaw law;
+    Forces forces;
+    double gravity[3] = {};
+    int entries = 0;  // of the scene's bilateral entries those that hold between impacts
+    std::vector<char> driven_places, driven_speeds;
+    HoldingFunctions holding;
+    TouchingFunctions touching;
+    std::vector<Bodies> bodies;     // (contacts)
+    std::vector<double> pulls;      // (contacts) force that holds it to what it touches [N]
+    std::vector<char> conditional;  // (contacts)
+    std::vector<DryJoint> dry;
+};
+
+enum class Trouble { none, singular_mass, contradiction, rest_not_solved };
+
+class Dynamics {
+  public:
+    explicit Dynamics(const MotionScene& scene);
+
+    const MotionScene& scene;
+    Tree<double> tree;
+    Holding holding;
+    Touching touching;
+    Kinks kinks;
+    // Slip below this [m/s] has no direction of its own.
+    double slow = 1e-9;
+    int evaluations = 0;
+
+    // Of the last evaluation: by point F and a (3n) and slip u (3n), in the axes of each; of those
+    // that resist turning moments, their rates and speeds (3k); of joints with dry friction what it
+    // gives and their acceleration; λ and which are determined.
+    std::vector<double> F, rate, slip, moment, turn_rate, turning, dry_torque, dry_rate;
+    std::vector<double> multipliers;
+    std::vector<char> unique;
+    std::vector<int> turning_points;
+    double size = 0.0;  // the largest acceleration of what rests without its forces
+
+    // v̇ (nv) at a state under what rests; `pressed` of points is updated.
+    Trouble accelerate(double t, const double* q, const double* v, Rest& rest, double* a);
+
+    // Places and twists at a state, and with `rates` accelerations at no joint acceleration.
+    void look(const double* q, const double* v, bool rates = false);
+    // The velocity change (nv), least in the metric of M, that changes rows (count, nv) by
+    // `change`; the tree with places.
+    bool moved(const double* rows, int count, const double* change, double* dv);
+    // M (nv, nv) at the tree's places.
+    const std::vector<double>& mass_matrix();
+
+    // µ of a contact that keeps still, and that slides at a speed.
+    double static_friction(int entry) const;
+    double sliding_friction(int entry, double speed) const;
+    bool has_drop(int entry) const;  // whether friction falls where slip begins
+
+  private:
+    void write_load(double t, const double* q, const double* v, const Rest& rest);
+    bool factor_mass(const double* wanted);
+    bool eliminate(double* start, const double* wanted);
+    void write_rest_rows(const double* q, const double* v, const Rest& rest);
+    Trouble rest_forces(Rest& rest, double* start, const double* wanted);
+
+    MassFactor mass_;
+    std::shared_ptr<const BilateralRows> held_;
+    std::vector<double> M_, load_, J_, bias_, half_rows_, half_contacts_, left_, start_;
+    std::vector<int> dense_;
+    const double* velocity_ = nullptr;
+    int rows_ = 0;
+    bool filled_ = false;
+    double squares_ = 0.0;  // what squares of velocities can make of rates of rows
+};
+
+}  // namespace impulsekit

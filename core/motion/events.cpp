@@ -1,0 +1,379 @@
+// What ends a step: gaps that close, and functions of the state that fall to zero.
+#include <algorithm>
+#include <cmath>
+
+#include "motion/motion.hpp"
+
+namespace impulsekit {
+namespace {
+
+// A resting body has come down elsewhere this deep [m]; a point so far beside its face has left it.
+constexpr double kElsewhere = 1e-10, kLeft = 2e-6;
+// A resting point that opens faster than this [m/s] has lifted.
+constexpr double kLifted = 0.5e-8;
+// What keeps still breaks away, and what a pull holds parts, where it accelerates by more than this
+// share of what it would without.
+constexpr double kTorn = 1e-8, kParted = 1e-10;
+// How much faster than at the nodes of a step gaps may close between them.
+constexpr double kFaster = 1.3;
+// Parts of a step at which it is looked at.
+constexpr double kNodes[] = {0.0, 0.25, 0.5, 0.75, 1.0};
+// Bodies turn no further than this [rad] between two looks at them.
+constexpr double kSeen = 0.7;
+constexpr int kMostAdvances = 400, kMostHalvings = 80;
+// Gaps that are told apart from none [m].
+constexpr double kRounding = 1e-15;
+// Below this distance [m] nothing is thin enough to be passed.
+constexpr double kNear = 1e-7;
+
+// The zero of a function between a positive and a negative value (Illinois's variant of regula
+// falsi): the end at which it is not positive.
+template <typename Function>
+double zero_between(double a, double fa, double b, double fb, Function f) {
+    int side = 0;
+    for (int i = 0; i < kMostHalvings && b - a > 4e-16 * std::max(std::abs(a), std::abs(b)); ++i) {
+        double middle = fb == fa ? 0.5 * (a + b) : b - fb * (b - a) / (fb - fa);
+        if (!(middle > a && middle < b) || i % 8 == 7) middle = 0.5 * (a + b);
+        if (!(middle > a && middle < b)) break;
+        const double value = f(middle);
+        if (value == 0.0) return middle;
+        if (value < 0.0) {
+            b = middle;
+            fb = value;
+            if (side == -1) fa *= 0.5;
+            side = -1;
+        } else {
+            a = middle;
+            fa = value;
+            if (side == 1) fb *= 0.5;
+            side = 1;
+        }
+    }
+    return b;
+}
+
+// The first zero of a gap from `at` to `until`, see `first_closing`. `bend`: of a smooth rate; 0
+// for none. `change`: by how much the rate seems to change in a second.
+template <typename Measure>
+double advance_to_zero(Measure measure, double at, double until, GapState now, double fastest,
+                       double bend, double change, double& unsure) {
+    const double least = 1e-5 * (until - at);
+    for (int count = 0; at < until; ++count) {
+        if (count == kMostAdvances) {
+            unsure = at;
+            return INFINITY;
+        }
+        const double value = std::max(now.gap, 0.0);
+        // Closed, and closing on: from when that can be told, at the rate and its change.
+        const double rounding = 4.0 * std::max(kRounding, now.rounding);
+        const double told =
+            now.gap <= 0.0 && now.rate < 0.0 && change < INFINITY
+                ? 2.0 * rounding /
+                      (-now.rate + std::sqrt(now.rate * now.rate + 2.0 * change * rounding))
+                : 0.0;
+        if (told > 0.0 && at + told < until && measure(at + told).gap < now.gap - 0.25 * rounding)
+            return at;
+        double by = std::max(value / fastest, told);
+        if (bend > 0.0)
+            by = std::max(by,
+                          (now.rate + std::sqrt(now.rate * now.rate + 2.0 * bend * value)) / bend);
+        // Where the rate hardly changes any more the zero is near; the last bit is gone beyond.
+        double ahead = !now.is_rough && now.rate < 0.0 ? value / -now.rate : 0.0;
+        if (value < kNear) ahead *= 1.2;
+        if (ahead * change < 0.3 * -now.rate) by = std::max(by, ahead);
+        const double next = std::min(at + std::max(by, least), until);
+        const GapState there = measure(next);
+        if (there.gap < 0.0 && now.gap > 0.0)
+            return zero_between(at, now.gap, next, there.gap,
+                                [&](double x) { return measure(x).gap; });
+        at = next;
+        now = there;
+    }
+    return INFINITY;
+}
+
+// When a measure falls to zero; time advances by what is surely free of it, part_of_step by
+// part_of_step: no gap closes faster than the bodies' points move, and one with a smooth rate no
+// faster than g + ġ s − A s²/2. Where that gets nowhere, `unsure` says from when on nothing is
+// known.
+template <typename Measure>
+double first_zero(const Step& step, double until, bool smooth, Measure measure, double& unsure) {
+    const double span = step.end - step.start;
+    GapState left = measure(step.start);
+    // Bodies that turn often in a step are seen as often.
+    double turning = 0.0;
+    for (double part : {0.0, 0.5, 1.0})
+        turning = std::max(turning, measure(step.start + part * span).turning);
+    const int parts = static_cast<int>(std::min(std::max(4.0, turning * span / kSeen), 1e5));
+    const double part_of_step = span / parts;
+    for (int i = 0; i < parts; ++i) {
+        const double begin = step.start + i * part_of_step, end = begin + part_of_step;
+        if (begin >= until) break;
+        const GapState right = measure(end);
+        const double fastest = kFaster * std::max(left.bound, right.bound) + 1e-300,
+                     bend = left.is_rough || right.is_rough
+                                ? 0.0
+                                : 2.0 * std::abs(right.rate - left.rate) / part_of_step;
+        const double found = advance_to_zero(
+            measure, begin, std::min(end, until), left, fastest, smooth ? bend : 0.0,
+            left.is_rough || right.is_rough ? INFINITY : bend, unsure);
+        if (found < INFINITY || unsure < INFINITY) return found;
+        left = right;
+    }
+    return INFINITY;
+}
+
+}  // namespace
+
+GapState Motion::gap_at(const Step& step, int gap, double at) {
+    look(step, at);
+    GapState found = dynamics_.touching.measure(dynamics_.tree, dynamics_.touching.gaps()[gap],
+                                                here_.data(), here_.data() + nq());
+    found.gap -= base_[gap];
+    if (passing_[gap]) found.gap = -found.gap, found.rate = -found.rate;
+    return found;
+}
+
+double Motion::first_closing(const Step& step, int gap, double until, double& unsure) {
+    const Contact::Kind kind = dynamics_.touching.gaps()[gap].kind;
+    const bool smooth = kind != Contact::shapes && kind != Contact::ball;
+    return first_zero(
+        step, until, smooth, [&](double at) { return gap_at(step, gap, at); }, unsure);
+}
+
+// When bodies that rest on each other come down elsewhere: their gap, which is none where they
+// rest, is below that.
+double Motion::first_elsewhere(const Step& step, int gap, double until) {
+    const double base = base_[gap];
+    base_[gap] = std::min(base, 0.0) - kElsewhere;
+    double left = step.start, value = gap_at(step, gap, left).gap, found = INFINITY;
+    for (int i = 1; i < 9 && left < until && found == INFINITY; ++i) {
+        const double right = std::min(step.start + 0.125 * i * (step.end - step.start), until);
+        const double next = gap_at(step, gap, right).gap;
+        if (value > 0.0 && next < 0.0)
+            found = zero_between(left, value, right, next,
+                                 [&](double at) { return gap_at(step, gap, at).gap; });
+        left = right;
+        value = next;
+    }
+    base_[gap] = base;
+    return found;
+}
+
+// Functions of the state that are positive while nothing changes: forces with a kink, slip along
+// its way, points that do not lift or leave their faces, joints that move.
+void Motion::margins(const Step& step, double at, std::vector<double>& found) {
+    found.clear();
+    look(step, at);
+    const double *q = here_.data(), *v = q + nq();
+    const Tree<double>& tree = dynamics_.tree;
+    for (int k = 0; k < dynamics_.kinks.count(); ++k)
+        found.push_back(dynamics_.kinks.margin(k, tree, q, v));
+    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+        found.push_back(rest_.dry[j] == 0 ? INFINITY : rest_.dry[j] * v[scene_->dry[j].v]);
+    std::vector<double> J(3 * nv()), turning(3 * nv()), tears;
+    const auto along = [&](const double* row) {
+        double sum = 0.0;
+        for (int i = 0; i < nv(); ++i) sum += row[i] * v[i];
+        return sum;
+    };
+    write_tears(at, q, v, tears);
+    found.insert(found.end(), tears.begin(), tears.end());
+    for (const RestPoint& point : rest_.points) {
+        const bool turns = dynamics_.touching.gaps()[point.gap].turns;
+        dynamics_.touching.rows(tree, point, q, v, J.data(), turns ? turning.data() : nullptr,
+                                nullptr, nullptr);
+        const double first = along(J.data()), second = along(J.data() + nv());
+        found.push_back(point.slip.moves ? point.slip.way[0] * first + point.slip.way[1] * second
+                                         : INFINITY);
+        found.push_back(kLifted - along(J.data() + 2 * nv()));
+        double inside = INFINITY;
+        dynamics_.touching.gap_of(tree, point, q, &inside);
+        found.push_back(inside + kLeft);
+        if (!turns) continue;
+        found.push_back(point.roll.moves ? point.roll.way[0] * along(turning.data()) +
+                                               point.roll.way[1] * along(turning.data() + nv())
+                                         : INFINITY);
+        found.push_back(point.spin.moves ? point.spin.way[0] * along(turning.data() + 2 * nv())
+                                         : INFINITY);
+    }
+}
+
+// What holds as long as it can, and lets go at once: by the accelerations that are left.
+void Motion::write_tears(double at, const double* q, const double* v, std::vector<double>& found) {
+    const auto pulls = [&](const RestPoint& p) {
+        return !scene_->pulls.empty() &&
+               scene_->pulls[dynamics_.touching.gaps()[p.gap].entry] > 0.0;
+    };
+    const auto drops = [&](const RestPoint& p) {
+        return dynamics_.has_drop(dynamics_.touching.gaps()[p.gap].entry) && !p.slip.moves;
+    };
+    bool may_tear =
+        std::any_of(rest_.dry.begin(), rest_.dry.end(), [](signed char way) { return way == 0; });
+    for (const RestPoint& point : rest_.points) may_tear = may_tear || pulls(point) || drops(point);
+    if (!may_tear) return;
+    Rest rest = rest_;
+    std::vector<double> a(nv());
+    if (dynamics_.accelerate(at, q, v, rest, a.data()) != Trouble::none) return;
+    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+        const RestPoint& point = rest_.points[i];
+        if (!pulls(point) && !drops(point)) continue;
+        const double* rate = dynamics_.rate.data() + 3 * i;
+        const double slips =
+            drops(point) ? std::hypot(rate[0], rate[1]) - kTorn * dynamics_.size : -1.0;
+        const double parts = pulls(point) ? rate[2] - kParted * dynamics_.size : -1.0;
+        found.push_back(-std::max(slips, parts));
+    }
+    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+        if (rest_.dry[j] == 0)
+            found.push_back(kTorn * dynamics_.size - std::abs(dynamics_.dry_rate[j]));
+}
+
+double Motion::first_change(const Step& step, double until) {
+    if (dynamics_.kinks.empty() && rest_.points.empty() && rest_.dry.empty()) return INFINITY;
+    double zone = INFINITY;
+    for (int k = 0; k < dynamics_.kinks.count(); ++k) {
+        const auto measure = [&](double at) {
+            look(step, at);
+            const auto [value, rate] =
+                dynamics_.kinks.zone(k, dynamics_.tree, here_.data(), here_.data() + nq());
+            return GapState{value, rate, std::abs(rate)};
+        };
+        double unsure = INFINITY;
+        if (measure(step.start).gap < INFINITY)
+            zone = std::min({zone, first_zero(step, until, true, measure, unsure), unsure});
+    }
+    until = std::min(until, zone);
+    std::vector<double> before, after, trial;
+    double left = step.start;
+    margins(step, left, before);
+    for (int i = 1; i < 5; ++i) {
+        const double right = step.start + kNodes[i] * (until - step.start);
+        margins(step, right, after);
+        double first = INFINITY;
+        for (std::size_t k = 0; k < after.size(); ++k) {
+            if (!(after[k] < 0.0)) continue;
+            if (!(before[k] > 0.0)) {
+                // What began at zero has turned the other way.
+                if (i == 1 && after[k] < before[k]) first = std::min(first, left);
+                continue;
+            }
+            if (std::isinf(before[k])) continue;
+            first = std::min(first, zero_between(left, before[k], std::min(right, first), after[k],
+                                                 [&](double x) {
+                                                     margins(step, x, trial);
+                                                     return trial[k];
+                                                 }));
+        }
+        if (first < INFINITY) return first;
+        left = right;
+        before.swap(after);
+    }
+    return zone;
+}
+
+Motion::Event Motion::first_event(const Step& step) {
+    Event event;
+    event.t = step.end;
+    const std::size_t gaps = dynamics_.touching.gaps().size();
+    std::vector<char> rests(gaps, 0);
+    for (const RestPoint& point : rest_.points) rests[point.gap] = 1;
+    for (std::size_t i = 0; i < gaps; ++i) {
+        const Contact::Kind kind = dynamics_.touching.gaps()[i].kind;
+        const bool of_bodies = kind == Contact::shapes || kind == Contact::ball;
+        if (rests[i] && !of_bodies) continue;
+        double unsure = INFINITY;
+        const int gap = static_cast<int>(i);
+        const double at = rests[i] ? first_elsewhere(step, gap, event.t)
+                                   : first_closing(step, gap, event.t, unsure);
+        if (unsure < event.t) {
+            event.kind = Event::cut;
+            event.t = unsure;
+        }
+        if (at < event.t || (at == event.t && event.kind == Event::nothing && at < INFINITY)) {
+            event.kind = rests[i] ? Event::elsewhere : Event::closing;
+            event.t = at;
+            event.gap = static_cast<int>(i);
+        }
+    }
+    const double change = first_change(step, event.t);
+    if (change < event.t) {
+        event.kind = Event::change;
+        event.t = change;
+    }
+    return event;
+}
+
+// Deal with what ends the step at y; false where the motion cannot go on.
+bool Motion::happen(const Event& event, const Step&) {
+    dynamics_.look(y.data(), y.data() + nq());
+    if (event.kind == Event::cut) return keep_up();
+    if (event.kind == Event::change) {
+        if (!dynamics_.kinks.empty())
+            dynamics_.kinks.change(dynamics_.tree, y.data(), y.data() + nq());
+        // Slip that has stopped keeps still, unless the law of rest lets it go.
+        std::vector<double> J(3 * nv()), turning(3 * nv());
+        const double* v = y.data() + nq();
+        const auto along = [&](const double* row) {
+            double sum = 0.0;
+            for (int i = 0; i < nv(); ++i) sum += row[i] * v[i];
+            return sum;
+        };
+        double fastest = 1.0;
+        for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
+        const double none = 1e-9 * fastest;
+        for (RestPoint& point : rest_.points) {
+            const bool turns = dynamics_.touching.gaps()[point.gap].turns;
+            dynamics_.touching.rows(dynamics_.tree, point, y.data(), v, J.data(),
+                                    turns ? turning.data() : nullptr, nullptr, nullptr);
+            const auto stop = [&](Slide& slide, const double* row, int size) {
+                if (!slide.moves) return;
+                double sum = slide.way[0] * along(row);
+                if (size == 2) sum += slide.way[1] * along(row + nv());
+                if (sum <= none) slide = Slide();
+            };
+            stop(point.slip, J.data(), 2);
+            stop(point.roll, turning.data(), 2);
+            stop(point.spin, turning.data() + 2 * nv(), 1);
+        }
+        for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+            if (rest_.dry[j] * v[scene_->dry[j].v] <= none) rest_.dry[j] = 0;
+        return keep_up();
+    }
+    std::vector<int> met;
+    const auto& gaps = dynamics_.touching.gaps();
+    if (event.kind == Event::elsewhere) {
+        met.push_back(event.gap);
+    } else {
+        for (std::size_t i = 0; i < gaps.size(); ++i) {
+            bool rests = false;
+            for (const RestPoint& point : rest_.points)
+                rests = rests || point.gap == static_cast<int>(i);
+            if (rests) continue;
+            const GapState now =
+                dynamics_.touching.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+            const double sign = passing_[i] ? -1.0 : 1.0;
+            const bool closes =
+                static_cast<int>(i) == event.gap ||
+                (sign * now.rate < 0.0 &&
+                 sign * (now.gap - base_[i]) <= -sign * now.rate * settings_.together);
+            if (!closes) continue;
+            if (passing_[i]) {
+                passing_[i] = 0;
+                base_[i] = 0.0;
+            } else if (dynamics_.touching.counts(gaps[i], y.data(), y.data() + nq())) {
+                met.push_back(static_cast<int>(i));
+            } else {
+                passing_[i] = 1;
+                base_[i] = 0.0;
+            }
+        }
+        if (met.empty()) {
+            restart();
+            return ended == Ended::not_yet;
+        }
+    }
+    return meet(met);
+}
+
+}  // namespace impulsekit

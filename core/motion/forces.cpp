@@ -1,0 +1,258 @@
+#include "motion/forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "arena.hpp"
+
+namespace impulsekit {
+namespace {
+
+// Ends of a spring nearer than this [m] have no direction between them.
+constexpr double kNoLengthOfSpring = 1e-12;
+// Forces change this far beyond their kinks [m, rad, m/s, rad/s]: rounding does not bring them
+// back.
+constexpr double kBeyond = 1e-13;
+constexpr double kPi = 3.14159265358979323846;
+
+// q − rest; where a joint turns without end, within half a turn of the middle of its side.
+double strain_of(const JointForce& f, const double* q) {
+    if (!f.is_circle) return q[f.q] - f.rest;
+    const double middle = 0.5 * kPi * f.side;
+    const double angle = std::atan2(q[f.q + 1], q[f.q]) - f.rest - middle;
+    return angle - 2.0 * kPi * std::floor((angle + kPi) / (2.0 * kPi)) + middle;
+}
+
+double torque_of(const JointForce& f, const double* q, const double* v) {
+    return f.torque - f.stiffness * strain_of(f, q) - f.damping * v[f.v];
+}
+
+// How far a one-sided spring is strained; where a joint turns without end the sine of that.
+double zone_of(const JointForce& f, const double* q) {
+    const double strain = strain_of(f, q);
+    return f.side * (f.is_circle ? std::sin(strain) : strain);
+}
+
+struct Stretch {
+    double length, rate;
+    Vec3<double> along, place, other_place;  // along: from the other end to the first
+};
+
+Stretch stretch_of(const PointSpring& s, const Tree<double>& tree) {
+    const Vec3<double> arm = tree.rotation[s.first] * vec3<double>(s.point),
+                       other_arm = tree.rotation[s.other] * vec3<double>(s.other_point);
+    Stretch found{};
+    found.place = tree.origin[s.first] + arm;
+    found.other_place = tree.origin[s.other] + other_arm;
+    const Vec3<double> way = found.place - found.other_place;
+    found.length = std::sqrt(dot(way, way));
+    if (found.length < kNoLengthOfSpring) return found;
+    found.along = way * (1.0 / found.length);
+    const Vec3<double> speed =
+        twist_at(tree.twist[s.first], arm).linear - twist_at(tree.twist[s.other], other_arm).linear;
+    found.rate = dot(found.along, speed);
+    return found;
+}
+
+double tension_of(const PointSpring& s, const Stretch& at) {
+    return s.stiffness * (at.length - s.rest) + s.damping * at.rate;
+}
+
+void push(Tree<double>& tree, int body, const Vec3<double>& place, const Vec3<double>& force) {
+    tree.wrench[body] += Spatial<double>{force, cross(place - tree.origin[body], force)};
+}
+
+void pull(const PointSpring& s, Tree<double>& tree) {
+    const Stretch at = stretch_of(s, tree);
+    if (at.length < kNoLengthOfSpring) return;
+    const Vec3<double> force = at.along * tension_of(s, at);
+    push(tree, s.first, at.place, -force);
+    push(tree, s.other, at.other_place, force);
+}
+
+void apply(const AppliedForce& applied, const double* numbers, Tree<double>& tree) {
+    const Mat3<double>& r = tree.rotation[applied.site.body];
+    Vec3<double> force = vec3<double>(numbers), couple = vec3<double>(numbers + 3);
+    if (applied.is_local) {
+        const Mat3<double> axes = r * mat3<double>(applied.site.axes);
+        force = axes * force;
+        couple = axes * couple;
+    }
+    const Vec3<double> arm = r * vec3<double>(applied.site.point);
+    tree.wrench[applied.site.body] += Spatial<double>{force, couple + cross(arm, force)};
+}
+
+double clamped(const JointForce& f, const Kinks& kinks, int i, const double* q, const double* v) {
+    const Side side = kinks.of_joint(i);
+    if (side == Side::out || side == Side::slack) return 0.0;
+    const double torque = torque_of(f, q, v);
+    if (side == Side::upper) return f.limit;
+    return side == Side::lower ? -f.limit : torque;
+}
+
+}  // namespace
+
+Kinks::Kinks(const Forces& forces)
+    : forces_(&forces),
+      side_of_joint_(forces.joints.size(), Side::acts),
+      side_of_spring_(forces.springs.size(), Side::acts) {
+    for (std::size_t i = 0; i < forces.joints.size(); ++i)
+        if (forces.joints[i].side != 0.0 || std::isfinite(forces.joints[i].limit))
+            joints_.push_back(static_cast<int>(i));
+    for (std::size_t i = 0; i < forces.springs.size(); ++i)
+        if (forces.springs[i].side != 0.0) springs_.push_back(static_cast<int>(i));
+}
+
+Side& Kinks::side(int k) {
+    const int joints = static_cast<int>(joints_.size());
+    return k < joints ? side_of_joint_[joints_[k]] : side_of_spring_[springs_[k - joints]];
+}
+
+Side Kinks::side_at(int k, const Tree<double>& tree, const double* q, const double* v) const {
+    const int joints = static_cast<int>(joints_.size());
+    const auto inside = [](double damping, double push) {
+        return damping > 0.0 && push < 0.0 ? Side::slack : Side::acts;
+    };
+    if (k >= joints) {
+        const PointSpring& s = forces_->springs[springs_[k - joints]];
+        const Stretch at = stretch_of(s, tree);
+        if (!(s.side * (at.length - s.rest) > 0.0)) return Side::out;
+        return inside(s.damping, s.side * tension_of(s, at));
+    }
+    const JointForce& f = forces_->joints[joints_[k]];
+    const double torque = torque_of(f, q, v);
+    if (f.side != 0.0) return zone_of(f, q) > 0.0 ? inside(f.damping, -f.side * torque) : Side::out;
+    if (torque > f.limit) return Side::upper;
+    return torque < -f.limit ? Side::lower : Side::acts;
+}
+
+void Kinks::look(const Tree<double>& tree, const double* q, const double* v) {
+    for (int k = 0; k < count(); ++k) side(k) = side_at(k, tree, q, v);
+}
+
+void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
+    for (int k = 0; k < count(); ++k) {
+        const auto [at, rate] = zone(k, tree, q, v);
+        Side& own = side(k);
+        if (at <= 3.0 * kBeyond && rate < 0.0) {
+            const bool enters = own == Side::out;
+            own = Side::acts;
+            // The force tells of a damper that would pull at once.
+            own = !enters ? Side::out : push_at(k, tree, q, v) < 0.0 ? Side::slack : Side::acts;
+        } else if (margin(k, tree, q, v) <= 2.0 * beyond_of(k)) {
+            const bool is_spring =
+                k >= static_cast<int>(joints_.size()) || forces_->joints[joints_[k]].side != 0.0;
+            if (is_spring)
+                own = own == Side::acts ? Side::slack : Side::acts;
+            else
+                own = own != Side::acts                                    ? Side::acts
+                      : torque_of(forces_->joints[joints_[k]], q, v) > 0.0 ? Side::upper
+                                                                           : Side::lower;
+        }
+    }
+}
+
+// What a one-sided force does towards its side; of another one nothing.
+double Kinks::push_at(int k, const Tree<double>& tree, const double* q, const double* v) const {
+    const int joints = static_cast<int>(joints_.size());
+    if (k >= joints) {
+        const PointSpring& s = forces_->springs[springs_[k - joints]];
+        return s.damping > 0.0 ? s.side * tension_of(s, stretch_of(s, tree)) : 0.0;
+    }
+    const JointForce& f = forces_->joints[joints_[k]];
+    return f.damping > 0.0 ? -f.side * torque_of(f, q, v) : 0.0;
+}
+
+// How far beyond its kink a force changes.
+double Kinks::beyond_of(int k) const {
+    const int joints = static_cast<int>(joints_.size());
+    if (k >= joints) {
+        const PointSpring& s = forces_->springs[springs_[k - joints]];
+        return kBeyond * (s.stiffness + s.damping);
+    }
+    const JointForce& f = forces_->joints[joints_[k]];
+    return kBeyond * (f.side != 0.0 ? f.stiffness + f.damping : f.limit);
+}
+
+std::pair<double, double> Kinks::zone(int k, const Tree<double>& tree, const double* q,
+                                      const double* v) const {
+    const int joints = static_cast<int>(joints_.size());
+    const double sign = side(k) == Side::out ? -1.0 : 1.0;
+    if (k >= joints) {
+        const PointSpring& s = forces_->springs[springs_[k - joints]];
+        const Stretch at = stretch_of(s, tree);
+        // (l² − l₀²)/2 l₀ is smooth where the ends meet.
+        const double scale = sign * s.side / (s.rest > 0.0 ? s.rest : 1.0);
+        return {0.5 * scale * (at.length - s.rest) * (at.length + s.rest) + kBeyond,
+                scale * at.length * at.rate};
+    }
+    const JointForce& f = forces_->joints[joints_[k]];
+    if (f.side == 0.0) return {INFINITY, 0.0};
+    const double turns = f.is_circle ? std::cos(strain_of(f, q)) : 1.0;
+    return {sign * zone_of(f, q) + kBeyond, sign * f.side * v[f.v] * turns};
+}
+
+double Kinks::margin(int k, const Tree<double>& tree, const double* q, const double* v) const {
+    const Side own = side(k);
+    if (k < static_cast<int>(joints_.size()) && forces_->joints[joints_[k]].side == 0.0) {
+        const JointForce& f = forces_->joints[joints_[k]];
+        const double torque = torque_of(f, q, v);
+        if (own == Side::upper) return torque - f.limit + beyond_of(k);
+        if (own == Side::lower) return -f.limit - torque + beyond_of(k);
+        return f.limit - std::abs(torque) + beyond_of(k);
+    }
+    const double push = push_at(k, tree, q, v);
+    if (own == Side::out || push == 0.0) return INFINITY;
+    return (own == Side::acts ? push : -push) + beyond_of(k);
+}
+
+void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
+                const double* v, Tree<double>& tree, double* torques) {
+    const auto asked = [&](ForceEntry::Kind kind, std::size_t i) {
+        return entry < 0 || (forces.entries[entry].kind == kind &&
+                             forces.entries[entry].index == static_cast<int>(i));
+    };
+    for (std::size_t i = 0; i < forces.constants.size(); ++i)
+        if (asked(ForceEntry::constant, i))
+            for (std::size_t j = 0; j < forces.constants[i].torque.size(); ++j)
+                torques[forces.constants[i].v + j] += forces.constants[i].torque[j];
+    for (std::size_t i = 0; i < forces.joints.size(); ++i)
+        if (asked(ForceEntry::joint, i))
+            torques[forces.joints[i].v] +=
+                clamped(forces.joints[i], kinks, static_cast<int>(i), q, v);
+    for (std::size_t i = 0; i < forces.springs.size(); ++i)
+        if (asked(ForceEntry::spring, i) && kinks.of_spring(static_cast<int>(i)) == Side::acts)
+            pull(forces.springs[i], tree);
+    Arena::Scope scope(scratch());
+    double* numbers = scratch().take(static_cast<int>(forces.at_start.size()));
+    std::copy(forces.at_start.begin(), forces.at_start.end(), numbers);
+    if (forces.driven) forces.driven(t, numbers);
+    for (std::size_t i = 0; i < forces.applied.size(); ++i)
+        if (asked(ForceEntry::applied, i)) apply(forces.applied[i], numbers + 6 * i, tree);
+    for (std::size_t i = 0; i < forces.rows.size(); ++i)
+        if (asked(ForceEntry::row, i))
+            torques[forces.rows[i]] += numbers[6 * forces.applied.size() + i];
+    for (std::size_t i = 0; i < forces.functions.size(); ++i) {
+        if (!asked(ForceEntry::function, i)) continue;
+        const Forces::Function& own = forces.functions[i];
+        double* given = scratch().take(own.count);
+        own.at(t, q, v, given);
+        for (int j = 0; j < own.count; ++j) torques[own.v + j] += given[j];
+    }
+}
+
+double spring_energy(const Forces& forces, const Tree<double>& tree, const double* q) {
+    double total = 0.0;
+    for (const JointForce& f : forces.joints) {
+        const double strain = strain_of(f, q);
+        if (f.stores && (f.side == 0.0 || zone_of(f, q) >= 0.0))
+            total += 0.5 * f.stiffness * strain * strain;
+    }
+    for (const PointSpring& s : forces.springs) {
+        const double strain = stretch_of(s, tree).length - s.rest;
+        if (s.side * strain >= 0.0) total += 0.5 * s.stiffness * strain * strain;
+    }
+    return total;
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,107 @@
+// What acts on a robot between impacts: springs, dampers, PD laws, torques and forces.
+#pragma once
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "scene.hpp"
+#include "tree.hpp"
+
+namespace impulsekit {
+
+// A spring in a joint, τ = τ₀ − k (q − rest) − c v, or a PD law, which has a limit.
+struct JointForce {
+    int v = 0, q = 0;
+    bool is_circle = false;  // of a joint that turns without end
+    double stiffness = 0.0, damping = 0.0, rest = 0.0, torque = 0.0, limit = 0.0;
+    double side = 0.0;  // acts on one side of its rest alone: 1 above, −1 below, 0 both
+    bool stores = true;
+};
+
+// A spring between two points: tension k (l − l₀) + c dl/dt.
+struct PointSpring {
+    int first = 0, other = 0;  // bodies
+    double point[3] = {}, other_point[3] = {};
+    double stiffness = 0.0, damping = 0.0, rest = 0.0;
+    double side = 0.0;  // 1 pulls only, −1 pushes only, 0 both
+};
+
+// A force and a couple on a body that change with time.
+struct AppliedForce {
+    Site site;
+    bool is_local = false;
+};
+
+// One entry of a scene's forces, by kind and place in its table.
+struct ForceEntry {
+    enum Kind { constant, joint, spring, applied, row, function, dry } kind = constant;
+    int index = 0;
+};
+
+// How a force with a kink acts: a one-sided spring out of its zone, within, or there without force
+// since its damper would pull what it pushes; a PD law below its limit, or at one of both.
+enum class Side : signed char { lower = -1, out = 0, acts = 1, upper = 2, slack = 3 };
+
+struct Forces {
+    struct Constant {
+        int v = 0;
+        std::vector<double> torque;
+    };
+    struct Function {
+        int v = 0, count = 0;
+        std::function<void(double t, const double* q, const double* v, double* torque)> at;
+    };
+    std::vector<Constant> constants;
+    std::vector<JointForce> joints;
+    std::vector<PointSpring> springs;
+    std::vector<AppliedForce> applied;
+    std::vector<int> rows;  // entries of v with a torque by time
+    std::vector<Function> functions;
+    std::vector<ForceEntry> entries;
+    // (6 applied + rows) numbers at a time [s]; empty where none is a function of time.
+    std::function<void(double t, double* numbers)> driven;
+    std::vector<double> at_start;  // the same at t = 0
+
+    bool on_bodies() const { return !springs.empty() || !applied.empty(); }
+};
+
+// The forces with a kink, joints first, and how each acts now.
+class Kinks {
+  public:
+    explicit Kinks(const Forces& forces);
+    bool empty() const { return joints_.empty() && springs_.empty(); }
+    int count() const { return static_cast<int>(joints_.size() + springs_.size()); }
+    // Sides as a state has them; the tree with places and twists.
+    void look(const Tree<double>& tree, const double* q, const double* v);
+    // Change those that are at a kink and go on beyond it.
+    void change(const Tree<double>& tree, const double* q, const double* v);
+    // Positive while the k-th keeps its side for where it stands, and how fast that falls; and for
+    // the force of its damper, or its limit.
+    std::pair<double, double> zone(int k, const Tree<double>& tree, const double* q,
+                                   const double* v) const;
+    double margin(int k, const Tree<double>& tree, const double* q, const double* v) const;
+    Side of_joint(int i) const { return side_of_joint_[i]; }
+    Side of_spring(int i) const { return side_of_spring_[i]; }
+
+  private:
+    Side side_at(int k, const Tree<double>& tree, const double* q, const double* v) const;
+    double push_at(int k, const Tree<double>& tree, const double* q, const double* v) const;
+    double beyond_of(int k) const;
+    Side& side(int k);
+    Side side(int k) const { return const_cast<Kinks*>(this)->side(k); }
+
+    const Forces* forces_;
+    std::vector<int> joints_, springs_;
+    std::vector<Side> side_of_joint_, side_of_spring_;
+};
+
+// Add to torques (nv) what the i-th entry, or all (i < 0), gives along the joints, and to the
+// wrenches of the tree, each about its body's origin, what it does on bodies.
+void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
+                const double* v, Tree<double>& tree, double* torques);
+
+// The energy in the springs [J]; the tree with places.
+double spring_energy(const Forces& forces, const Tree<double>& tree, const double* q);
+
+}  // namespace impulsekit

@@ -1,0 +1,333 @@
+#include "motion/holding.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "arena.hpp"
+
+namespace impulsekit {
+namespace {
+
+// Points so near at the start [m] are closed for good: loops closed by hand are off by as much.
+constexpr double kClosed = 1e-6;
+
+Mat transposed(const Mat& r) {
+    return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
+}
+
+double entry(const Vec& a, int i) { return i == 0 ? a.x : i == 1 ? a.y : a.z; }
+
+// The rotation vector of a small turn.
+Vec turn_of(const Mat& r) {
+    return {0.5 * (r.y.z - r.z.y), 0.5 * (r.z.x - r.x.z), 0.5 * (r.x.y - r.y.x)};
+}
+
+bool moves(const Scene& scene, const Held& held, bool angular) {
+    for (int r = 0; r < held.count; ++r)
+        if ((held.select[r] > 2) == angular && scene.velocity[held.row + r] != 0.0) return true;
+    return false;
+}
+
+int count_of(const Held& held, bool angular) {
+    int count = 0;
+    for (int r = 0; r < held.count; ++r) count += (held.select[r] > 2) == angular;
+    return count;
+}
+
+}  // namespace
+
+Holding::Holding(const Scene& scene, int entries, std::vector<char> driven_places,
+                 std::vector<char> driven_speeds, HoldingFunctions functions)
+    : scene_(&scene),
+      entries_(entries),
+      driven_places_(std::move(driven_places)),
+      driven_speeds_(std::move(driven_speeds)),
+      functions_(std::move(functions)),
+      kept_(entries) {
+    for (int e = 0; e < entries; ++e) rows_ += scene.held[e].count;
+    A_.assign(rows_ * scene.model->nv, 0.0);
+    wider_.assign(rows_, 1.0);
+    bias_.assign(rows_, 0.0);
+    velocity_.assign(scene.velocity.begin(), scene.velocity.begin() + rows_);
+}
+
+void Holding::fill_rows(const Tree<double>& tree, const double* q) {
+    const int nv = scene_->model->nv;
+    std::fill(A_.begin(), A_.end(), 0.0);
+    Arena::Scope scope(scratch());
+    double* given = scratch().take(scene_->function_rows * nv);
+    if (scene_->function_rows > 0) functions_.rows(q, given);
+    double* block = scratch().take(6 * nv);
+    for (int e = 0; e < entries_; ++e) {
+        const Held& held = scene_->held[e];
+        double* rows = A_.data() + held.row * nv;
+        if (held.kind == Held::pair) {
+            std::fill(block, block + 6 * nv, 0.0);
+            add_rows(tree, between(tree, held.frames), block, block + 3 * nv);
+            for (int r = 0; r < held.count; ++r)
+                std::copy(block + held.select[r] * nv, block + (held.select[r] + 1) * nv,
+                          rows + r * nv);
+            const Vec place = place_of(tree, held.frames.first);
+            widen(held, block, 1e-14 * (1.0 + std::sqrt(dot(place, place))));
+        }
+        for (const Held::Term& term : held.terms) rows[term.row * nv + term.v] += term.factor;
+        if (held.kind == Held::functions) {
+            std::copy(given, given + held.count * nv, rows);
+            given += held.count * nv;
+        }
+    }
+}
+
+// A vector is as long as its longest axis, held or not; of a shorter one only rounding is left.
+void Holding::widen(const Held& held, const double* six, double least) {
+    const int nv = scene_->model->nv;
+    double squares[6] = {}, longest[2] = {}, own[2] = {};
+    for (int r = 0; r < 6; ++r) {
+        for (int i = 0; i < nv; ++i) squares[r] += six[r * nv + i] * six[r * nv + i];
+        longest[r / 3] = std::max(longest[r / 3], squares[r]);
+    }
+    for (int r = 0; r < held.count; ++r)
+        own[held.select[r] / 3] = std::max(own[held.select[r] / 3], squares[held.select[r]]);
+    for (int r = 0; r < held.count; ++r) {
+        const int vector = held.select[r] / 3;
+        wider_[held.row + r] = own[vector] > 0.0 ? std::sqrt(longest[vector] / own[vector]) : 1.0;
+        const double bar = vector == 0 ? least : 1e-14;
+        if (longest[vector] <= bar * bar) std::fill_n(A_.begin() + (held.row + r) * nv, nv, 0.0);
+    }
+}
+
+void Holding::fill(const Tree<double>& tree, const double* q, const double* v) {
+    fill_rows(tree, q);
+    Arena::Scope scope(scratch());
+    double* given = scratch().take(scene_->function_rows);
+    if (scene_->function_rows > 0) functions_.bias(q, v, given);
+    for (int e = 0; e < entries_; ++e) {
+        const Held& held = scene_->held[e];
+        double* to = bias_.data() + held.row;
+        std::fill(to, to + held.count, 0.0);
+        if (held.kind == Held::pair) {
+            const Spatial<double> rate = relative_rate(tree, between(tree, held.frames));
+            for (int r = 0; r < held.count; ++r)
+                to[r] = held.select[r] < 3 ? entry(rate.linear, held.select[r])
+                                           : entry(rate.angular, held.select[r] - 3);
+        } else if (held.kind == Held::functions) {
+            std::copy(given, given + held.count, to);
+            given += held.count;
+        }
+    }
+}
+
+void Holding::speeds(double t, double* velocity, double* rate) const {
+    std::copy(velocity_.begin(), velocity_.end(), velocity);
+    std::fill(rate, rate + rows_, 0.0);
+    if (functions_.speeds) functions_.speeds(t, velocity, rate);
+}
+
+void Holding::start(const Tree<double>& tree, const double* q, const double* v) {
+    fill_rows(tree, q);
+    const int nv = scene_->model->nv;
+    for (int r = 0; r < rows_; ++r) {
+        if (!scene_->kept[r]) continue;
+        velocity_[r] = 0.0;
+        for (int i = 0; i < nv; ++i) velocity_[r] += A_[r * nv + i] * v[i];
+    }
+    int function = 0;
+    std::vector<double> values(scene_->function_rows);
+    if (functions_.values && !values.empty()) functions_.values(q, values.data());
+    for (int e = 0; e < entries_; ++e) {
+        const Held& held = scene_->held[e];
+        kept_[e] = Kept();
+        if (held.kind == Held::pair && !driven_speeds_[e]) keep_pair(tree, held, kept_[e]);
+        if (held.kind == Held::speeds) kept_[e].values.assign(q, q + scene_->model->nq);
+        if (held.kind != Held::functions) continue;
+        auto& own = kept_[e].values;
+        own.assign(values.begin() + function, values.begin() + function + held.count);
+        double most = 0.0;
+        for (double x : own) most = std::max(most, std::abs(x));
+        if (most < kClosed) std::fill(own.begin(), own.end(), 0.0);
+        function += held.count;
+    }
+}
+
+// What the rows of two frames determine of their places: all of a point, or all of its
+// coordinates in axes that stay; all of a turn, or the tilt of an axis.
+void Holding::keep_pair(const Tree<double>& tree, const Held& held, Kept& kept) const {
+    const Pair& pair = held.frames;
+    const Vec first = place_of(tree, pair.first), other = place_of(tree, pair.other);
+    const Mat rotation = axes_of(tree, pair.first), other_rotation = axes_of(tree, pair.other);
+    const Vec way = first - other;
+    if (pair.carrier == Carrier::line) {
+        kept.linear = Kept::distance;
+        kept.length = std::sqrt(dot(way, way));
+        return;
+    }
+    const int linear = count_of(held, false), angular = count_of(held, true);
+    const bool drives = moves(*scene_, held, false), whole = linear == 3 && !drives;
+    if (linear > 0 && pair.coincides && (whole || angular == 3)) {
+        kept.linear = drives ? Kept::nothing : Kept::met;
+        kept.point = back(other_rotation, way);
+    } else if (linear > 0 && (pair.carrier == Carrier::world || whole) &&
+               !(pair.coincides && pair.other.body > 0)) {
+        kept.linear = Kept::apart;
+        kept.point = way;
+        const double most = std::max({std::abs(way.x), std::abs(way.y), std::abs(way.z)});
+        if (!pair.coincides && most < kClosed) kept.point = {};
+    }
+    kept.rotation = rotation;
+    kept.relative = transposed(other_rotation) * rotation;
+    if (angular == 0 || moves(*scene_, held, true)) return;
+    const bool local = pair.carrier != Carrier::world;
+    if (angular == 3)
+        kept.angular = Kept::all;
+    else if (angular == 2 && (local || pair.other.body == 0))
+        kept.angular = local ? Kept::hinge_of_first : Kept::hinge_of_world;
+}
+
+void Holding::drift_of_pair(const Tree<double>& tree, const Held& held, const Kept& kept, double t,
+                            std::vector<double>& off, std::vector<int>& rows) const {
+    const Pair& pair = held.frames;
+    const Vec first = place_of(tree, pair.first), other = place_of(tree, pair.other);
+    const Mat rotation = axes_of(tree, pair.first), other_rotation = axes_of(tree, pair.other);
+    const Mat axes = between(tree, pair).axes;
+    Vec linear, angular;
+    if (kept.linear == Kept::distance) {
+        const Vec way = first - other;
+        off.push_back(std::sqrt(dot(way, way)) - kept.length - velocity_[held.row] * t);
+        rows.push_back(held.row);
+        return;
+    }
+    if (kept.linear == Kept::met) linear = back(axes, first - other - other_rotation * kept.point);
+    if (kept.linear == Kept::apart) {
+        Vec speed;
+        for (int r = 0; r < held.count; ++r) {
+            if (held.select[r] == 0) speed.x = velocity_[held.row + r];
+            if (held.select[r] == 1) speed.y = velocity_[held.row + r];
+            if (held.select[r] == 2) speed.z = velocity_[held.row + r];
+        }
+        linear = back(axes, first - other - kept.point - speed * t);
+    }
+    if (kept.angular == Kept::all) {
+        const Mat was = other_rotation * kept.relative;
+        angular = back(axes, turn_of(rotation * transposed(was)));
+    } else if (kept.angular != Kept::none) {
+        bool turns[3] = {};
+        for (int r = 0; r < held.count; ++r)
+            if (held.select[r] > 2) turns[held.select[r] - 3] = true;
+        const int free = !turns[0] ? 0 : !turns[1] ? 1 : 2;
+        const Mat m = kept.angular == Kept::hinge_of_first
+                          ? transposed(rotation) * (other_rotation * kept.relative)
+                          : rotation * transposed(kept.rotation);
+        const double sign = kept.angular == Kept::hinge_of_first ? -1.0 : 1.0;
+        const Vec axis = (free == 0 ? m.x : free == 1 ? m.y : m.z) * sign;
+        const Vec unit{free == 0 ? 1.0 : 0.0, free == 1 ? 1.0 : 0.0, free == 2 ? 1.0 : 0.0};
+        angular = cross(unit, axis);
+    }
+    for (int r = 0; r < held.count; ++r) {
+        const bool turns = held.select[r] > 2;
+        if (turns ? kept.angular == Kept::none : kept.linear == Kept::nothing) continue;
+        off.push_back(turns ? entry(angular, held.select[r] - 3) : entry(linear, held.select[r]));
+        rows.push_back(held.row + r);
+    }
+}
+
+double Holding::moved(int v, const double* from, const double* to) const {
+    const Model& model = *scene_->model;
+    for (std::size_t a = 0; a < model.slots.size(); ++a) {
+        const Slot& slot = model.slots[a];
+        const Body& body = model.bodies[slot.body];
+        if (slot.v != v || (body.is_scalar() && (body.ratio != 1.0 || body.offset != 0.0)))
+            continue;
+        const double *q0 = from + body.q, *q1 = to + body.q;
+        const int i = static_cast<int>(a) - body.slot;
+        const auto turned = [&](const double* a0, const double* a1, int axis) {
+            // 2 of the vector part of p₀⁻¹ p₁.
+            const double x = a0[3] * a1[0] - a0[0] * a1[3] - a0[1] * a1[2] + a0[2] * a1[1],
+                         y = a0[3] * a1[1] - a0[1] * a1[3] - a0[2] * a1[0] + a0[0] * a1[2],
+                         z = a0[3] * a1[2] - a0[2] * a1[3] - a0[0] * a1[1] + a0[1] * a1[0],
+                         w = a0[0] * a1[0] + a0[1] * a1[1] + a0[2] * a1[2] + a0[3] * a1[3];
+            return 2.0 * (axis == 0 ? x : axis == 1 ? y : z) * (w < 0.0 ? -1.0 : 1.0);
+        };
+        switch (body.joint) {
+            case Joint::circle:
+                return std::atan2(q0[0] * q1[1] - q0[1] * q1[0], q0[0] * q1[0] + q0[1] * q1[1]);
+            case Joint::ball:
+                return turned(q0, q1, i);
+            case Joint::free: {
+                if (i > 2) return turned(q0 + 3, q1 + 3, i - 3);
+                const Mat r = of_quaternion(q0[3], q0[4], q0[5], q0[6]);
+                return entry(back(r, Vec{q1[0] - q0[0], q1[1] - q0[1], q1[2] - q0[2]}), i);
+            }
+            case Joint::planar: {
+                const double x = q1[0] - q0[0], y = q1[1] - q0[1];
+                if (i == 0) return q0[2] * x + q0[3] * y;
+                if (i == 1) return q0[2] * y - q0[3] * x;
+                return std::atan2(q0[2] * q1[3] - q0[3] * q1[2], q0[2] * q1[2] + q0[3] * q1[3]);
+            }
+            default:
+                return q1[i] - q0[i];
+        }
+    }
+    return 0.0;
+}
+
+// Whether all its coordinates are numbers that velocities are the rates of.
+bool Holding::is_plain(const Held& held) const {
+    const Model& model = *scene_->model;
+    for (const Held::Term& term : held.terms)
+        for (const Slot& slot : model.slots)
+            if (slot.v == term.v && !model.bodies[slot.body].is_scalar()) return false;
+    return true;
+}
+
+void Holding::drift_of_speeds(const Held& held, int e, const Kept& kept, const double* q, double t,
+                              std::vector<double>& off, std::vector<int>& rows) const {
+    if (driven_places_[e]) {
+        const int v = held.terms[0].v;
+        std::vector<double> there(kept.values);
+        for (const Slot& slot : scene_->model->slots) {
+            const Body& body = scene_->model->bodies[slot.body];
+            if (slot.v != v) continue;
+            const double place = functions_.place(e, t);
+            there[body.q] = body.joint == Joint::circle ? std::cos(place) : place;
+            if (body.joint == Joint::circle) there[body.q + 1] = std::sin(place);
+        }
+        off.push_back(moved(v, there.data(), q));
+        rows.push_back(held.row);
+        return;
+    }
+    const bool locks = scene_->locks[held.row] >= 0;
+    if (driven_speeds_[e] || !(locks || is_plain(held))) return;
+    for (int r = 0; r < held.count; ++r) {
+        const double speed = velocity_[held.row + r];
+        if (speed != 0.0 && !is_plain(held)) continue;
+        double own = -speed * t;
+        for (const Held::Term& term : held.terms)
+            if (term.row == r) own += term.factor * moved(term.v, kept.values.data(), q);
+        off.push_back(own);
+        rows.push_back(held.row + r);
+    }
+}
+
+void Holding::drift(const Tree<double>& tree, const double* q, double t, std::vector<double>& off,
+                    std::vector<int>& rows) const {
+    off.clear();
+    rows.clear();
+    int function = 0;
+    std::vector<double> values(scene_->function_rows);
+    if (functions_.values && !values.empty()) functions_.values(q, values.data());
+    for (int e = 0; e < entries_; ++e) {
+        const Held& held = scene_->held[e];
+        const Kept& kept = kept_[e];
+        if (held.kind == Held::pair && !driven_speeds_[e])
+            drift_of_pair(tree, held, kept, t, off, rows);
+        if (held.kind == Held::speeds) drift_of_speeds(held, e, kept, q, t, off, rows);
+        if (held.kind != Held::functions) continue;
+        for (int r = 0; r < held.count && !driven_speeds_[e]; ++r) {
+            off.push_back(values[function + r] - kept.values[r] - velocity_[held.row + r] * t);
+            rows.push_back(held.row + r);
+        }
+        function += held.count;
+    }
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,157 @@
+// Change points: linkages that pass a configuration at which their constraints lose rank.
+//
+// A parallelogram is flat twice a turn. Its rows depend on each other there, and next to it
+// rounding divided by their smallest singular value is larger than any tolerance: steps shrink, and
+// end at rows that cannot hold together. Nothing happens to the motion itself, whose velocity goes
+// on along the branch on which it came. So the polynomial through states well before is followed to
+// the other side, and taken if it obeys constraints and accelerations there. At a dead centre,
+// where a driven linkage cannot go on, it does not.
+#include <algorithm>
+#include <cmath>
+
+#include "laws/dense.hpp"
+#include "motion/configuration.hpp"
+#include "motion/motion.hpp"
+
+namespace impulsekit {
+namespace {
+
+// So many steps are looked back: where they shrink, they do so by a fifth at least.
+constexpr std::size_t kMostBack = 100;
+// How far a leap reaches, in lengths of the way to the change point, and at least in those of the
+// longest step; from how many times as long it is learnt.
+constexpr double kReach = 1.5, kLeastReach = 1e-2, kLearnt = 4.0;
+// Behind, velocities may be off by this part of the largest; accelerations of the polynomial are
+// told from values of it this part of the leap apart.
+constexpr double kOff = 1e-6, kApart = 1e-3;
+constexpr int kNodes = 8;
+constexpr double kPi = 3.14159265358979323846;
+
+// The basis of a step's shape at a part of it.
+void basis(double x, double* to) {
+    double product = 1.0;
+    for (int i = 0; i < 7; ++i) {
+        product *= i % 2 == 0 ? x : 1.0 - x;
+        to[i] = product;
+    }
+}
+
+}  // namespace
+
+// The polynomial through states of the path before a time, from there on.
+Step Motion::learnt(double start, double length) const {
+    const int n = static_cast<int>(y.size());
+    const double begin = start - kLearnt * length;
+    std::vector<double> nodes(kNodes), values(kNodes * n), weights(kNodes);
+    for (int i = 0; i < kNodes; ++i) {
+        nodes[i] = begin + 0.5 * (1.0 - std::cos(kPi * i / (kNodes - 1))) * (start - begin);
+        weights[i] = (i % 2 == 0 ? 1.0 : -1.0) * (i == 0 || i == kNodes - 1 ? 0.5 : 1.0);
+        state(nodes[i], values.data() + i * n, values.data() + i * n + nq());
+        // A quaternion and its opposite are one rotation.
+        for (const Body& body : scene_->scene.model->bodies) {
+            if (i == 0 || (body.joint != Joint::free && body.joint != Joint::ball)) continue;
+            double* own = values.data() + i * n + body.q + (body.joint == Joint::free ? 3 : 0);
+            if (dot(own, own - n, 4) < 0.0)
+                for (int j = 0; j < 4; ++j) own[j] = -own[j];
+        }
+    }
+    Step step;
+    step.start = step.begin = start;
+    step.end = start + length;
+    step.length = length;
+    step.before.assign(values.end() - n, values.end());
+    step.shape.assign(7 * n, 0.0);
+    double A[49], trial[7];
+    int pivot[7];
+    std::vector<double> change(7 * n);
+    for (int r = 0; r < 7; ++r) {
+        const double part = (r + 1) / 7.0, at = start + part * length;
+        basis(part, trial);
+        std::copy(trial, trial + 7, A + 7 * r);
+        double sum = 0.0;
+        for (int i = 0; i < kNodes; ++i) {
+            const double weight = weights[i] / (at - nodes[i]);
+            sum += weight;
+            for (int j = 0; j < n; ++j) change[r * n + j] += weight * values[i * n + j];
+        }
+        for (int j = 0; j < n; ++j) change[r * n + j] = change[r * n + j] / sum - step.before[j];
+    }
+    if (!factor_lu(A, 7, pivot)) return step;
+    for (int j = 0; j < n; ++j) {
+        for (int r = 0; r < 7; ++r) trial[r] = change[r * n + j];
+        solve_lu(A, pivot, 7, trial);
+        for (int r = 0; r < 7; ++r) step.shape[r * n + j] = trial[r];
+    }
+    return step;
+}
+
+// By which part of the terms in them velocities, places and accelerations are off behind a leap.
+double Motion::off_behind(const Step& leap) {
+    const int m = dynamics_.holding.rows();
+    const double length = leap.end - leap.start, apart = kApart * length;
+    look(leap, leap.end);
+    const double* v = here_.data() + nq();
+    dynamics_.holding.fill_rows(dynamics_.tree, here_.data());
+    std::vector<double> speed(m), rate(m), terms(m), off;
+    std::vector<int> rows;
+    dynamics_.holding.speeds(leap.end, speed.data(), rate.data());
+    const double fastest = largest(v, nv());
+    double worst = 0.0;
+    for (int r = 0; r < m; ++r) {
+        double sum = 0.0;
+        const double* row = dynamics_.holding.A() + r * nv();
+        for (int i = 0; i < nv(); ++i) {
+            sum += row[i] * v[i];
+            terms[r] += std::abs(row[i]) * fastest;
+        }
+        terms[r] += std::abs(speed[r]);
+        if (terms[r] > 0.0) worst = std::max(worst, std::abs(sum - speed[r]) / terms[r]);
+    }
+    dynamics_.holding.drift(dynamics_.tree, here_.data(), leap.end, off, rows);
+    for (std::size_t i = 0; i < off.size(); ++i)
+        if (terms[rows[i]] > 0.0)
+            worst = std::max(worst, std::abs(off[i]) / length / terms[rows[i]]);
+    if (!(worst < kOff)) return worst;
+    const std::vector<double> after = here_;
+    look(leap, leap.end - apart);
+    const std::vector<double> before = here_;
+    std::vector<double> middle(y.size()), found(y.size());
+    leap.at(leap.end - 0.5 * apart, middle.data());
+    if (!this->rate(leap.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
+    for (int i = nq(); i < nq() + nv(); ++i)
+        worst = std::max(worst, std::abs((after[i] - before[i]) / apart - found[i]) * length /
+                                    std::max(fastest, 1e-300));
+    return worst;
+}
+
+// Go past a change point of what is held; false where none is near.
+bool Motion::leap(double until) {
+    if (dynamics_.holding.rows() == 0 || rest_.acts() || path.empty()) return false;
+    const std::size_t first = path.size() > kMostBack ? path.size() - kMostBack : 0;
+    double longest = 0.0, least = INFINITY;
+    for (std::size_t i = first; i < path.size(); ++i)
+        longest = std::max(longest, path[i].step.end - path[i].step.start);
+    std::size_t kept = 0;
+    Step best;
+    for (std::size_t i = first; i < path.size(); ++i) {
+        const double start = path[i].step.start,
+                     length = std::max(kReach * (t - start), kLeastReach * longest);
+        if (start - kLearnt * length < smooth_since_ || start + length > until) continue;
+        const Step step = learnt(start, length);
+        const double off = off_behind(step);
+        if (!(off < std::min(least, kOff))) continue;
+        least = off;
+        best = step;
+        kept = i;
+    }
+    if (!(least < INFINITY)) return false;
+    path.resize(kept);
+    keep(best);
+    best.at(best.end, y.data());
+    normalize_configuration(*scene_->scene.model, y.data());
+    t = best.end;
+    stepper_.next = best.length;
+    return keep_up();
+}
+
+}  // namespace impulsekit

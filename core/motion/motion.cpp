@@ -1,0 +1,379 @@
+#include "motion/motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "arena.hpp"
+#include "motion/configuration.hpp"
+
+namespace impulsekit {
+namespace {
+
+// Slip has grown when it is this many times as fast as slip that has no direction of its own.
+constexpr double kGrown = 30.0;
+// Slip without a capture speed that has no direction [m/s].
+constexpr double kNoSlip = 1e-9;
+// Steps go so much further than to where a slip is foreseen to stop, in parts of the way.
+constexpr double kFurther = 0.02;
+// So many events without time between them never end, nor do so many steps that take together less
+// than this part of the time before them.
+constexpr int kMostStill = 1000, kManySteps = 200;
+constexpr double kNowhere = 1e-10;
+// Steps that go further than this [m, rad] are short because speeds are high; hopeless where the
+// rest of the motion would take so many times max_steps.
+constexpr double kFarAhead = 1e-2, kHopeless = 100.0;
+// Times of events change by less than this part of a step when they are sharpened.
+constexpr double kSharpened = 1e-3;
+// Slip [m/s] whose direction friction turns within some 1e-4 s.
+constexpr double kSlowSlip = 1e-3;
+// Speeds [m/s] whose squares may overflow.
+constexpr double kHuge = 1e100;
+// A motion begins with steps of this part of it.
+constexpr double kFirstStep = 1e-3;
+
+}  // namespace
+
+Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings, const double* q,
+               const double* v)
+    : scene_(std::move(scene)),
+      settings_(std::move(settings)),
+      dynamics_(*scene_),
+      impact_rows_(scene_->scene, static_cast<int>(scene_->scene.held.size()),
+                   std::vector<char>(scene_->scene.held.size(), 0),
+                   std::vector<char>(scene_->scene.held.size(), 0), scene_->holding),
+      stepper_(settings_.method, nq(), nq() + nv(), {settings_.rtol, settings_.atol},
+               settings_.fixed_length) {
+    y.assign(q, q + nq());
+    y.insert(y.end(), v, v + nv());
+    rate_.assign(y.size(), 0.0);
+    here_.assign(y.size(), 0.0);
+    const std::size_t gaps = dynamics_.touching.gaps().size();
+    base_.assign(gaps, 0.0);
+    passing_.assign(gaps, 0);
+    soft_.assign(gaps, {0, -1.0});
+    rest_.dry.assign(scene_->dry.size(), 0);
+    slow_ = std::max(kNoSlip, settings_.capture_speed);
+    dynamics_.slow = kGrown * slow_;
+}
+
+// ẏ of y = (q, v).
+bool Motion::rate(double at, const double* from, double* to) {
+    Arena::Scope scope(scratch());
+    const Model& model = *scene_->scene.model;
+    double* q = scratch().take(nq());
+    std::copy(from, from + nq(), q);
+    normalize_configuration(model, q);
+    configuration_rate(model, from, from + nq(), to);
+    at = std::min(std::max(at, from_), to_);
+    const Trouble trouble = dynamics_.accelerate(at, q, from + nq(), rest_, to + nq());
+    if (trouble != Trouble::none) {
+        trouble_ = trouble;
+        return false;
+    }
+    double sum = 0.0;
+    for (int i = 0; i < nv(); ++i) sum += to[nq() + i];
+    return std::isfinite(sum);
+}
+
+bool Motion::look(const Step& step, double at) {
+    step.at(at, here_.data());
+    normalize_configuration(*scene_->scene.model, here_.data());
+    dynamics_.look(here_.data(), here_.data() + nq());
+    return true;
+}
+
+// The last piece of the path that begins no later than a time.
+std::size_t Motion::piece_at(double at) const {
+    std::size_t low = 0, high = path.size();
+    while (high - low > 1) {
+        const std::size_t middle = (low + high) / 2;
+        (path[middle].step.start <= at ? low : high) = middle;
+    }
+    return low;
+}
+
+void Motion::state(double at, double* q, double* v) const {
+    std::vector<double> found = y;
+    if (!path.empty() && at < t) {
+        const Step& step = path[piece_at(at)].step;
+        step.at(std::min(std::max(at, step.start), step.end), found.data());
+    }
+    normalize_configuration(*scene_->scene.model, found.data());
+    std::copy(found.begin(), found.begin() + nq(), q);
+    std::copy(found.begin() + nq(), found.end(), v);
+}
+
+const Rest& Motion::footing(double at) const {
+    return path.empty() || !(at < t) ? rest_ : footings[path[piece_at(at)].footing];
+}
+
+void Motion::forget(double before) {
+    const std::size_t first = path.empty() ? 0 : piece_at(before);
+    if (first == 0) return;
+    path.erase(path.begin(), path.begin() + first);
+    const int known = path.front().footing;
+    footings.erase(footings.begin(), footings.begin() + known);
+    for (Piece& piece : path) piece.footing -= known;
+}
+
+void Motion::rewind(double at) {
+    if (path.empty() || !(at < t)) return;
+    path.resize(piece_at(at) + 1);
+    Step& last = path.back().step;
+    rest_ = footings[path.back().footing];
+    last.at(std::max(at, last.start), y.data());
+    normalize_configuration(*scene_->scene.model, y.data());
+    t = smooth_since_ = looked_t_ = at;
+    if (last.start < at)
+        last.end = at;
+    else
+        path.pop_back();
+    const auto later = [at](const auto& impact) { return impact.t > at; };
+    impacts.erase(std::find_if(impacts.begin(), impacts.end(), later), impacts.end());
+    rests.erase(std::remove_if(rests.begin(), rests.end(),
+                               [at](const Rested& rest) { return rest.end > at; }),
+                rests.end());
+    ended = Ended::not_yet;
+    detail.clear();
+    trouble_ = Trouble::none;
+    hop_ = 0.0;
+    still_ = 0;
+    for (auto& [count, last_met] : soft_)
+        if (last_met > at) count = 0, last_met = -1.0;
+    dynamics_.look(y.data(), y.data() + nq());
+    const auto& gaps = dynamics_.touching.gaps();
+    for (std::size_t i = 0; i < gaps.size(); ++i)
+        if (gaps[i].has_condition)
+            passing_[i] =
+                !dynamics_.touching.counts(gaps[i], y.data(), y.data() + nq()) &&
+                dynamics_.touching.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq()).gap <
+                    0.0;
+    rebase();
+    if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
+    begin_stretch();
+    restart();
+}
+
+void Motion::control(const double* torques) {
+    if (ended != Ended::not_yet) return;
+    rest_.controls.assign(torques, torques + nv());
+    smooth_since_ = t;
+    restart();
+    if (ended == Ended::not_yet && (rest_.acts() || dynamics_.holding.rows() > 0)) keep_up();
+}
+
+void Motion::keep(const Step& step) {
+    const auto same = [](const Slide& a, const Slide& b) {
+        return a.moves == b.moves && a.way[0] == b.way[0] && a.way[1] == b.way[1];
+    };
+    bool known = !footings.empty() && footings.back().dry == rest_.dry &&
+                 footings.back().controls == rest_.controls &&
+                 footings.back().points.size() == rest_.points.size();
+    for (std::size_t i = 0; known && i < rest_.points.size(); ++i) {
+        const RestPoint &a = footings.back().points[i], &b = rest_.points[i];
+        known = a.gap == b.gap && same(a.slip, b.slip) && same(a.roll, b.roll) &&
+                same(a.spin, b.spin) && a.feature == b.feature;
+    }
+    if (!known) footings.push_back(rest_);
+    path.push_back({step, static_cast<int>(footings.size()) - 1});
+}
+
+// How soon the first slip stops if accelerations stay as they are: slip s with the rate a has
+// nothing left along itself at t = −s²/(s·a).
+double Motion::until_stopping() const {
+    double soonest = INFINITY;
+    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+        if (!rest_.points[i].slip.moves || dynamics_.slip.size() < 3 * (i + 1)) continue;
+        const double *s = dynamics_.slip.data() + 3 * i, *a = dynamics_.rate.data() + 3 * i;
+        const double slows = -(s[0] * a[0] + s[1] * a[1]);
+        if (slows > 0.0) soonest = std::min(soonest, (s[0] * s[0] + s[1] * s[1]) / slows);
+    }
+    return soonest > 0.0 ? soonest * (1.0 + kFurther) : INFINITY;
+}
+
+double Motion::longest_step(double until) const {
+    double longest = until - t;
+    for (double stop : settings_.stop_times)
+        if (stop > t) {
+            longest = std::min(longest, stop - t);
+            break;
+        }
+    if (settings_.max_step > 0.0) longest = std::min(longest, settings_.max_step);
+    if (settings_.method == Method::dop853) {
+        longest = std::min(longest, std::max(until_stopping(), 1e-9));
+        if (hop_ > 0.0) longest = std::min(longest, 1.05 * hop_);
+    }
+    return longest;
+}
+
+// The rate at y, after anything has changed.
+void Motion::restart() {
+    if (!rate(t, y.data(), rate_.data())) fail();
+}
+
+// The motion ends here, with the reason why it cannot go on.
+bool Motion::fail() {
+    if (ended != Ended::not_yet) return false;
+    double fastest = 0.0;
+    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(y[nq() + i]));
+    if (trouble_ == Trouble::rest_not_solved)
+        ended = Ended::rest_not_solved;
+    else if (trouble_ == Trouble::contradiction)
+        ended = Ended::contradiction;
+    else if (trouble_ == Trouble::singular_mass || !(fastest < kHuge) ||
+             !rate(t, y.data(), rate_.data()))
+        ended = Ended::not_finite;
+    else
+        ended = Ended::step_too_small;
+    return false;
+}
+
+// From a time on up to the next stop.
+void Motion::begin_stretch() {
+    const auto& stops = settings_.stop_times;
+    const auto next = std::upper_bound(stops.begin(), stops.end(), t);
+    const double from = next != stops.begin() && *(next - 1) == t ? std::nextafter(t, INFINITY)
+                                                                  : -INFINITY,
+                 to = next != stops.end() ? std::nextafter(*next, -INFINITY) : INFINITY;
+    if (from == from_ && to == to_) return;
+    const bool jumps = from != -INFINITY && from != from_;
+    from_ = from;
+    to_ = to;
+    if (jumps) {
+        smooth_since_ = t;
+        restart();
+    }
+}
+
+// When a gap closes by a step that was made anew up to there, by one step of Newton's method: the
+// polynomial by which the time was found is a hundred times less accurate.
+double Motion::sharpened(const Step& step, int gap) {
+    const GapState at = gap_at(step, gap, step.end);
+    const double change = at.rate < 0.0 ? at.gap / -at.rate : 0.0;
+    return std::abs(change) < kSharpened * step.length ? step.end + change : step.end;
+}
+
+bool Motion::advance(double until) {
+    if (ended != Ended::not_yet || !(t < until)) return false;
+    trouble_ = Trouble::none;
+    begin_stretch();
+    const std::vector<double> before = y, rate_before = rate_;
+    const auto f = [this](double at, const double* from, double* to) { return rate(at, from, to); };
+    const Rest rested = rest_;
+    if (stepper_.next <= 0.0) stepper_.next = kFirstStep * settings_.scale_of_time;
+    Step step;
+    const auto settle = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
+    double longest = longest_step(until);
+    while (true) {
+        if (!stepper_.step(f, settle, t, y.data(), rate_.data(), longest, step)) {
+            y = before;
+            rest_ = rested;
+            if (!rest_.points.empty() && without_collision()) return true;
+            if (ended == Ended::not_yet && leap(until)) return true;
+            trouble_ = Trouble::none;
+            rate(t, y.data(), rate_.data());
+            return fail();
+        }
+        const double shorter = shorter_step(step);
+        if (!(shorter > 0.0)) break;
+        y = before;
+        rate_ = rate_before;
+        rest_ = rested;
+        longest = shorter;
+    }
+    hop_ = 0.0;
+    const Event event = first_event(step);
+    if (event.kind != Event::nothing) {
+        Step cut;
+        rest_ = rested;
+        if (event.t > step.start && event.t < step.end && stepper_.shortened(f, step, event.t, cut))
+            step = cut;
+        else
+            step.end = std::max(event.t, step.start);
+        if (event.kind == Event::closing) step.end = sharpened(step, event.gap);
+        step.at(step.end, y.data());
+        settle(y.data());
+        t = step.end;
+        keep(step);
+        smooth_since_ = t;
+        if (!happen(event, step)) return ended == Ended::not_yet && fail();
+    } else {
+        // Points that were let go of within trials of the step are looked at again.
+        keep(step);
+        t = step.end;
+        if (rest_.acts() || dynamics_.holding.rows() > 0) keep_up();
+    }
+    if (ended != Ended::not_yet) return false;
+    still_ = t == looked_t_ ? still_ + 1 : 0;
+    looked_t_ = t;
+    if (still_ >= kMostStill) {
+        ended = Ended::step_too_small;
+        detail = "events follow each other at one time";
+    } else if (stepper_.steps - counted_ >= settings_.max_steps) {
+        ended = Ended::too_many_steps;
+        detail = "max_steps is " + std::to_string(settings_.max_steps) + slow_slip();
+    } else if (stepper_.steps - looked_steps_ >= kManySteps) {
+        refuse_hopeless(stepper_.steps - looked_steps_);
+        looked_steps_ = stepper_.steps;
+        still_since_ = t;
+    }
+    return ended == Ended::not_yet;
+}
+
+// What to say of a motion that needs too many steps for a slip so slow that friction turns it fast.
+std::string Motion::slow_slip() const {
+    double slowest = INFINITY;
+    for (std::size_t i = 0; i < rest_.points.size(); ++i)
+        if (rest_.points[i].slip.moves && dynamics_.slip.size() >= 3 * (i + 1))
+            slowest =
+                std::min(slowest, std::hypot(dynamics_.slip[3 * i], dynamics_.slip[3 * i + 1]));
+    if (!(slowest < kSlowSlip) || settings_.method != Method::dop853) return "";
+    char told[200];
+    std::snprintf(told, sizeof told,
+                  "; a point slides at %.1e m/s: friction turns so slow a slip too fast for long "
+                  "steps, but for those of method=\"radau\"",
+                  slowest);
+    return told;
+}
+
+// Whether the last steps lead nowhere, or speeds need steps too short to reach the end.
+void Motion::refuse_hopeless(int made) {
+    double speed = 0.0;
+    for (int i = 0; i < nv(); ++i) speed = std::max(speed, std::abs(y[nq() + i]));
+    const double took = t - still_since_, step = took / made, left = settings_.scale_of_time - t;
+    char told[300];
+    if (took <= kNowhere * still_since_) {
+        ended = Ended::step_too_small;
+        std::snprintf(told, sizeof told,
+                      "%d steps took %.1e s, and speeds are up to %.1e: a linkage that is driven "
+                      "into a dead centre, or a force without bound",
+                      made, took, speed);
+    } else if (speed * step >= kFarAhead && left >= kHopeless * settings_.max_steps * step) {
+        ended = Ended::too_many_steps;
+        std::snprintf(told, sizeof told,
+                      "at speeds of up to %.1e (m/s, rad/s) a step takes %.1e s: the %.3g s left "
+                      "would take %.1e steps. Look at the units of the velocities, or shorten the "
+                      "duration",
+                      speed, step, left, left / step);
+    } else {
+        return;
+    }
+    detail = told;
+}
+
+std::vector<Rested> Motion::resting() const {
+    std::vector<Rested> found;
+    for (const RestPoint& point : rest_.points) {
+        const int entry = dynamics_.touching.gaps()[point.gap].entry;
+        const auto known = std::find_if(found.begin(), found.end(),
+                                        [&](const Rested& r) { return r.entry == entry; });
+        if (known == found.end())
+            found.push_back({entry, point.since, INFINITY});
+        else
+            known->start = std::min(known->start, point.since);
+    }
+    return found;
+}
+
+}  // namespace impulsekit

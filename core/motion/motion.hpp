@@ -1,0 +1,192 @@
+// A motion: steps cut at what happens within them, impacts, and what rests between.
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coefficients.hpp"
+#include "impact.hpp"
+#include "motion/dynamics.hpp"
+#include "motion/stepper.hpp"
+
+namespace impulsekit {
+
+struct MotionSettings {
+    Method method = Method::dop853;
+    double rtol = 1e-8, atol = 1e-12, fixed_length = 1e-3, max_step = 0.0;
+    double capture_speed = 1e-7, together = 1e-9;
+    double scale_of_time = 1.0;      // the length of the whole motion [s]
+    std::vector<double> stop_times;  // rising
+    int max_impacts = 10000, max_steps = 100000;
+};
+
+// How a motion ended, in the order of MotionStatus.
+enum class Ended {
+    not_yet = -1,
+    finished,
+    event_storm,
+    too_many_steps,
+    step_too_small,
+    not_finite,
+    impact_not_valid,
+    interrupted,
+    contradiction,
+    rest_not_solved,
+    penetration,
+};
+
+// An impact on the way.
+struct MetImpact {
+    double t = 0.0;
+    std::vector<double> q, v, after;
+    std::vector<int> entries;                       // contacts that take part
+    std::vector<std::pair<int, Feature>> features;  // points of bodies among them
+    bool is_soft = false;                           // met without restitution
+    int code = 0;                                   // as impulsekit.Status has it
+};
+
+// From when to when a contact rested.
+struct Rested {
+    int entry = 0;
+    double start = 0.0, end = 0.0;
+};
+
+// One step of the path and what rested in it.
+struct Piece {
+    Step step;
+    int footing = 0;
+};
+
+class Motion {
+  public:
+    Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings, const double* q,
+           const double* v);
+
+    // What touches at the start, and how deep it is, by gap: (gap, value, rate).
+    std::vector<std::pair<int, GapState>> touching_at_start();
+    // Whether a constraint asks for another velocity than it has.
+    bool has_to_move();
+    // The motion begins with this velocity, after what strikes at the start.
+    void begin(const double* v, const std::vector<int>& touching);
+    // Steps count anew.
+    void go_on() { counted_ = stepper_.steps; }
+    // One step, and what happens in it, but not past a time; false where the motion has ended.
+    bool advance(double until);
+    // Back to a time of the path: what came later has not been.
+    void rewind(double at);
+    // Torques (nv) from outside, from now on.
+    void control(const double* torques);
+
+    double t = 0.0;
+    std::vector<double> y;  // (nq + nv)
+    std::vector<Piece> path;
+    std::vector<Rest> footings;
+    std::vector<MetImpact> impacts;
+    std::vector<Rested> rests;
+    Ended ended = Ended::not_yet;
+    bool begun = false;
+    std::string detail;
+
+    int nq() const { return scene_->scene.model->nq; }
+    int nv() const { return scene_->scene.model->nv; }
+    int steps() const { return stepper_.steps; }
+    Dynamics& dynamics() { return dynamics_; }
+    const MotionScene& scene() const { return *scene_; }
+    Rest& rest() { return rest_; }
+    // q and v (normalized) at a time of the path.
+    void state(double at, double* q, double* v) const;
+    // What rested then.
+    const Rest& footing(double at) const;
+    // Forget steps of the path that end before a time.
+    void forget(double before);
+    // The contacts that rest now, and since when.
+    std::vector<Rested> resting() const;
+
+  private:
+    struct Event {
+        enum Kind { nothing, closing, change, elsewhere, cut } kind = nothing;
+        double t = 0.0;
+        int gap = -1;
+    };
+
+    std::size_t piece_at(double at) const;
+    bool rate(double at, const double* y, double* rate);
+    bool look(const Step& step, double at);
+    void keep(const Step& step);
+    void restart();
+    void begin_stretch();
+    std::string slow_slip() const;
+    bool leap(double until);
+    Step learnt(double start, double length) const;
+    double off_behind(const Step& leap);
+    void refuse_hopeless(int made);
+    double longest_step(double until) const;
+    double until_stopping() const;
+    bool fail();
+    void forces_at(const Step& step, double at, std::vector<double>& found);
+    double shorter_step(const Step& step);
+
+    // Events.
+    Event first_event(const Step& step);
+    double sharpened(const Step& step, int gap);
+    GapState gap_at(const Step& step, int gap, double at);
+    double first_elsewhere(const Step& step, int gap, double until);
+    double first_closing(const Step& step, int gap, double until, double& unsure);
+    void margins(const Step& step, double at, std::vector<double>& found);
+    void write_tears(double at, const double* q, const double* v, std::vector<double>& found);
+    double first_change(const Step& step, double until);
+    bool happen(const Event& event, const Step& step);
+
+    // Impacts.
+    bool meet(const std::vector<int>& closing);
+    bool strike(std::vector<RestPoint> points, double approach, double capture,
+                const std::vector<int>& closing);
+    bool without_collision();
+    void note_meeting(int gap, bool soft);
+    bool chatters(int gap) const;
+    void write_rows(const std::vector<RestPoint>& points, std::vector<double>& J,
+                    std::vector<int>& turning, bool in_units = true);
+    MetImpact impact_of(const std::vector<RestPoint>& points) const;
+    int solve(const std::vector<RestPoint>& points, const double* v, bool soft, double* after);
+    std::vector<RestPoint> touching_points(const std::vector<int>& gaps);
+
+    // Rest.
+    bool come_to_rest(const std::vector<RestPoint>& candidates, bool lay);
+    std::vector<RestPoint> hops(const std::vector<RestPoint>& parted);
+    bool settle(bool fresh);
+    bool keep_up();
+    bool take_out_drift(bool all_normals);
+    bool update_slides();
+    void release();
+    void rebase();
+    void end_rests(const std::vector<int>& before);
+    std::vector<char> entries_resting() const;
+
+    std::shared_ptr<const MotionScene> scene_;
+    MotionSettings settings_;
+    Dynamics dynamics_;
+    Holding impact_rows_;
+    Stepper stepper_;
+    Rest rest_;
+    Trouble trouble_ = Trouble::none;
+    std::vector<double> rate_, here_, base_, largest_force_;
+    // Forces that jump at a stop have their values on this side of it [s].
+    double from_ = -INFINITY, to_ = INFINITY;
+    std::vector<char> passing_;
+    std::vector<std::pair<int, double>> soft_;  // by gap
+    std::vector<GapState> before_;
+    ImpactSolution solution_;
+    PointCoefficients coefficients_;
+    double slow_ = 1e-9;         // slip below it is none after an impact [m/s]
+    double smooth_since_ = 0.0;  // nothing has happened from then on [s]
+    double hop_ = 0.0;           // how soon what was struck comes down again [s]; 0 for never
+    double still_since_ = 0.0;
+    int still_ = 0, looked_steps_ = 0, counted_ = 0;
+    double looked_t_ = 0.0;
+    bool fresh_rate_ = false;
+};
+
+}  // namespace impulsekit

@@ -1,0 +1,247 @@
+#include "motion/rest_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "arena.hpp"
+#include "laws/cones.hpp"
+#include "laws/dense.hpp"
+
+namespace impulsekit {
+namespace {
+
+// Compliance of each row beside its own mobility: redundant points share as equally stiff springs
+// in the limit of rigidity, which steps of refinement come to.
+constexpr double kCompliance = 1e-6;
+constexpr int kRefinements = 6;
+// Accelerations and forces below this share of all are none; an answer may be off by the second.
+constexpr double kNothing = 1e-11, kResidual = 1e-9;
+// Turning that accelerates by less than this share of all does not.
+constexpr double kStill = 1e-9;
+// Rows that move nothing, relative to the most mobile.
+constexpr double kImmovable = 1e-20;
+// Rounds in which points are let go or pressed again before the search over cones.
+constexpr int kRounds = 4;
+
+class RestLaw {
+  public:
+    RestLaw(const RestProblem& p, char* pressed, double* F, double* a)
+        : p_(p), pressed_(pressed), F_(F), a_(a), rows_(p.rows()), scope_(scratch()) {
+        C_ = scratch().take(rows_ * rows_);
+        unit_ = scratch().take(rows_);
+        used_ = scratch().take_int(rows_);
+        force_ = scratch().take(rows_);
+        couple();
+    }
+
+    bool solve() {
+        // Moments are none where bodies do not turn without them: with moments a face that slides
+        // on several points could share its load in many ways, each with another yaw.
+        if (p_.turning > 0 && search_held(false)) return true;
+        return search_held(true) || search();
+    }
+
+  private:
+    bool search_held(bool turning) {
+        turning_ = turning;
+        for (int round = 0; round < kRounds; ++round) {
+            if (!solve_held()) break;
+            if (obeys()) return true;
+            if (!changed_) break;
+        }
+        return false;
+    }
+
+    int normal(int i) const { return 3 * i + 2; }
+    int turn_row(int k) const { return 3 * (p_.points + k); }
+    bool moves(int k) const { return p_.way[2 * k] != 0.0 || p_.way[2 * k + 1] != 0.0; }
+    bool holds(int k) const { return p_.reach[k] > 0.0 && !moves(k); }
+
+    // W with the friction of what slides in the columns of its normal forces; scales.
+    void couple() {
+        std::copy(p_.W, p_.W + rows_ * rows_, C_);
+        const auto add = [&](int to, int from, double share) {
+            if (share == 0.0) return;
+            for (int r = 0; r < rows_; ++r) C_[r * rows_ + to] += share * p_.W[r * rows_ + from];
+        };
+        for (int i = 0; i < p_.points; ++i)
+            for (int j = 0; j < 2; ++j) add(normal(i), 3 * i + j, -p_.reach[i] * p_.way[2 * i + j]);
+        for (int k = 0; k < p_.turning; ++k) {
+            const int n = normal(p_.turning_of[k]), roll = p_.points + 2 * k, spin = roll + 1;
+            for (int j = 0; j < 2; ++j)
+                add(n, turn_row(k) + j, -p_.reach[roll] * p_.way[2 * roll + j]);
+            add(n, turn_row(k) + 2, -p_.reach[spin] * p_.way[2 * spin]);
+        }
+        double most = 0.0;
+        for (int r = 0; r < rows_; ++r) most = std::max(most, p_.W[r * rows_ + r]);
+        for (int r = 0; r < rows_; ++r) {
+            const double own = p_.W[r * rows_ + r];
+            unit_[r] = own > kImmovable * most ? 1.0 / std::sqrt(own) : 0.0;
+            scale_ = std::max(scale_, unit_[r] * std::abs(p_.b[r]));
+        }
+    }
+
+    // All that is pressed keeps still, and what holds holds.
+    bool solve_held() {
+        count_ = 0;
+        const auto use = [&](int r) {
+            if (unit_[r] > 0.0) used_[count_++] = r;
+        };
+        for (int i = 0; i < p_.points; ++i) {
+            if (!pressed_[i]) continue;
+            use(normal(i));
+            if (holds(i)) use(3 * i), use(3 * i + 1);
+        }
+        for (int k = 0; k < p_.turning && turning_; ++k) {
+            if (!pressed_[p_.turning_of[k]]) continue;
+            if (holds(p_.points + 2 * k)) use(turn_row(k)), use(turn_row(k) + 1);
+            if (holds(p_.points + 2 * k + 1)) use(turn_row(k) + 2);
+        }
+        for (int j = 0; j < p_.joints; ++j)
+            if (p_.bound[j] > 0.0) use(3 * (p_.points + p_.turning) + j);
+        Arena::Scope scope(scratch());
+        const int m = count_;
+        double *A = scratch().take(m * m), *soft = scratch().take(m * m), *x = scratch().take(m),
+               *left = scratch().take(m);
+        int* pivot = scratch().take_int(m);
+        for (int i = 0; i < m; ++i) {
+            for (int j = 0; j < m; ++j)
+                A[i * m + j] = unit_[used_[i]] * C_[used_[i] * rows_ + used_[j]] * unit_[used_[j]];
+            std::copy(A + i * m, A + (i + 1) * m, soft + i * m);
+            soft[i * m + i] += kCompliance;
+        }
+        if (m > 0 && !factor_lu(soft, m, pivot)) return false;
+        double off = 0.0;
+        for (int step = 0; step <= kRefinements; ++step) {
+            off = 0.0;
+            for (int i = 0; i < m; ++i) {
+                left[i] = -unit_[used_[i]] * p_.b[used_[i]] - dot(A + i * m, x, m);
+                off = std::max(off, std::abs(left[i]));
+            }
+            if (off <= 1e-15 * scale_ || step == kRefinements) break;
+            solve_lu(soft, pivot, m, left);
+            for (int i = 0; i < m; ++i) x[i] += left[i];
+        }
+        std::fill(force_, force_ + rows_, 0.0);
+        for (int i = 0; i < m; ++i) force_[used_[i]] = unit_[used_[i]] * x[i];
+        finish();
+        return off <= kResidual * scale_;
+    }
+
+    // F with the friction of what slides, and a.
+    void finish() {
+        std::copy(force_, force_ + rows_, F_);
+        for (int i = 0; i < p_.points; ++i)
+            for (int j = 0; j < 2; ++j)
+                F_[3 * i + j] -= p_.reach[i] * p_.way[2 * i + j] * force_[normal(i)];
+        for (int k = 0; k < p_.turning; ++k) {
+            const double load = force_[normal(p_.turning_of[k])];
+            const int roll = p_.points + 2 * k, spin = roll + 1;
+            for (int j = 0; j < 2; ++j)
+                F_[turn_row(k) + j] -= p_.reach[roll] * p_.way[2 * roll + j] * load;
+            F_[turn_row(k) + 2] -= p_.reach[spin] * p_.way[2 * spin] * load;
+        }
+        for (int r = 0; r < rows_; ++r) a_[r] = p_.b[r] + dot(p_.W + r * rows_, F_, rows_);
+    }
+
+    // Whether what was found pushes and stays within its cones. Else presses what would be pressed
+    // in and lets go of what would pull.
+    bool obeys() {
+        double most = 0.0;
+        for (int r = 0; r < rows_; ++r)
+            if (unit_[r] > 0.0) most = std::max(most, std::abs(F_[r]) / unit_[r]);
+        const double least = kNothing * std::max(most, scale_);
+        bool good = true;
+        changed_ = false;
+        for (int i = 0; i < p_.points; ++i) {
+            const int n = normal(i);
+            if (!(unit_[n] > 0.0)) {
+                pressed_[i] = 0;
+                continue;
+            }
+            if (pressed_[i] && F_[n] / unit_[n] < -least) {
+                pressed_[i] = 0;
+                changed_ = true;
+                good = false;
+            } else if (!pressed_[i] && unit_[n] * a_[n] < -least) {
+                pressed_[i] = 1;
+                changed_ = true;
+                good = false;
+            }
+        }
+        const auto within = [&](int r, int size, double radius) {
+            const double length = size == 1 ? std::abs(F_[r]) : std::hypot(F_[r], F_[r + 1]);
+            const double unit = unit_[r] > 0.0 ? unit_[r] : 1.0;
+            return length / unit <= radius / unit + least;
+        };
+        bool held = true;
+        for (int i = 0; i < p_.points; ++i)
+            if (pressed_[i] && holds(i))
+                held = held && within(3 * i, 2, p_.reach[i] * F_[normal(i)]);
+        for (int k = 0; k < p_.turning; ++k) {
+            const double load = F_[normal(p_.turning_of[k])];
+            const int roll = p_.points + 2 * k;
+            if (!pressed_[p_.turning_of[k]]) continue;
+            for (int j = 0; j < 3 && !turning_; ++j) {
+                const int r = turn_row(k) + j;
+                if (holds(j < 2 ? roll : roll + 1))
+                    held = held && unit_[r] * std::abs(a_[r]) <= kStill * std::max(most, scale_);
+            }
+            if (holds(roll)) held = held && within(turn_row(k), 2, p_.reach[roll] * load);
+            if (holds(roll + 1))
+                held = held && within(turn_row(k) + 2, 1, p_.reach[roll + 1] * load);
+        }
+        for (int j = 0; j < p_.joints; ++j)
+            held = held && within(3 * (p_.points + p_.turning) + j, 1, p_.bound[j]);
+        if (!held) changed_ = false;
+        return good && held;
+    }
+
+    // The search over all cones.
+    bool search() {
+        Cones cones;
+        for (int i = 0; i < p_.points; ++i) {
+            cones.normal.push_back(normal(i));
+            cones.floor.push_back(0.0);
+        }
+        const auto add = [&](int k, int row, int size, int contact, double reach) {
+            if (k >= 0 && !holds(k)) return;
+            cones.first.push_back(row);
+            cones.size.push_back(size);
+            cones.contact.push_back(contact);
+            cones.friction.push_back(reach);
+        };
+        for (int i = 0; i < p_.points; ++i) add(i, 3 * i, 2, i, p_.reach[i]);
+        for (int k = 0; k < p_.turning; ++k) {
+            const int roll = p_.points + 2 * k;
+            add(roll, turn_row(k), 2, p_.turning_of[k], p_.reach[roll]);
+            add(roll + 1, turn_row(k) + 2, 1, p_.turning_of[k], p_.reach[roll + 1]);
+        }
+        for (int j = 0; j < p_.joints; ++j)
+            add(-1, 3 * (p_.points + p_.turning) + j, 1, -1, p_.bound[j]);
+        double scale = 0.0;
+        for (int r = 0; r < rows_; ++r) scale = std::max(scale, std::abs(p_.b[r]));
+        const ConeSolution found = solve_cones(C_, rows_, p_.b, scale, cones, force_);
+        finish();
+        for (int i = 0; i < p_.points; ++i) pressed_[i] = force_[normal(i)] > 0.0;
+        return found.residual <= kResidual && !found.immovable;
+    }
+
+    const RestProblem& p_;
+    char* pressed_;
+    double *F_, *a_;
+    int rows_, count_ = 0;
+    Arena::Scope scope_;
+    double *C_, *unit_, *force_;
+    int* used_;
+    double scale_ = 0.0;
+    bool changed_ = false, turning_ = true;
+};
+
+}  // namespace
+
+bool solve_rest(const RestProblem& problem, char* pressed, double* F, double* a) {
+    return RestLaw(problem, pressed, F, a).solve();
+}
+
+}  // namespace impulsekit

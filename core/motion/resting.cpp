@@ -1,0 +1,415 @@
+// Contacts come to rest, slide, keep still and let go.
+#include <algorithm>
+#include <cmath>
+
+#include "arena.hpp"
+#include "motion/configuration.hpp"
+#include "motion/motion.hpp"
+
+namespace impulsekit {
+namespace {
+
+// A resting point that does not push and opens faster than this has lifted [m/s].
+constexpr double kLifted = 0.5e-8;
+// What keeps still breaks away if it moves with more than this share of the accelerations without
+// contact forces.
+constexpr double kTorn = 1e-8;
+// What a pull held parts with more than this share; how far it may waver then [m].
+constexpr double kParted = 1e-10, kGrazed = 1e-13;
+// Rounding of places, of their size.
+constexpr double kRounded = 2e-15;
+// Drift below this [m, rad; m/s] is left alone; Newton's method on positions ends after so many.
+constexpr double kNoDrift = 1e-14;
+constexpr int kMostSteps = 3;
+// Velocities of joints below this share of the largest are none, and turning below this [rad/s].
+constexpr double kJointStill = 1e-12, kNoTurn = 1e-9;
+// Gaps that change by less than this share of the capture speed neither open nor close.
+constexpr double kSlowShare = 1e-3;
+// Gaps this near at the start touch [m]. Rows move as they should within this share of speeds.
+constexpr double kTouchesAtStart = 1e-9, kHolds = 1e-9;
+
+double sum_of(const double* row, const double* v, int nv) {
+    double sum = 0.0;
+    for (int i = 0; i < nv; ++i) sum += row[i] * v[i];
+    return sum;
+}
+
+}  // namespace
+
+std::vector<std::pair<int, GapState>> Motion::touching_at_start() {
+    std::vector<std::pair<int, GapState>> found;
+    dynamics_.look(y.data(), y.data() + nq());
+    const auto& gaps = dynamics_.touching.gaps();
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+        const GapState state =
+            dynamics_.touching.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+        if (!(state.gap <= kTouchesAtStart)) continue;
+        if (!dynamics_.touching.counts(gaps[i], y.data(), y.data() + nq())) {
+            passing_[i] = state.gap < -kTouchesAtStart;
+            continue;
+        }
+        found.emplace_back(static_cast<int>(i), state);
+    }
+    return found;
+}
+
+bool Motion::has_to_move() {
+    const int m = dynamics_.holding.rows();
+    if (m == 0) return false;
+    dynamics_.look(y.data(), y.data() + nq());
+    dynamics_.holding.fill_rows(dynamics_.tree, y.data());
+    std::vector<double> speed(m), rate(m);
+    dynamics_.holding.speeds(0.0, speed.data(), rate.data());
+    double missing = 0.0, scale = 0.0;
+    for (int r = 0; r < m; ++r) {
+        const double* row = dynamics_.holding.A() + r * nv();
+        double sum = 0.0;
+        for (int i = 0; i < nv(); ++i) sum += std::abs(row[i] * y[nq() + i]);
+        scale = std::max({scale, sum, std::abs(speed[r])});
+        if (!scene_->scene.kept[r])
+            missing = std::max(missing, std::abs(speed[r] - sum_of(row, y.data() + nq(), nv())));
+    }
+    return missing > kHolds * scale;
+}
+
+void Motion::begin(const double* v, const std::vector<int>& touching) {
+    std::copy(v, v + nv(), y.begin() + nq());
+    dynamics_.look(y.data(), y.data() + nq());
+    if (dynamics_.holding.rows() > 0)
+        dynamics_.holding.start(dynamics_.tree, y.data(), y.data() + nq());
+    if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
+    rebase();
+    // Slip that was given is kept, be it below the capture speed.
+    const double slow = slow_;
+    slow_ = 1e-9;
+    come_to_rest(touching_points(touching), false);
+    slow_ = slow;
+    begun = true;
+}
+
+// What of the candidates stays, and how: what parts no faster than the capture speed.
+bool Motion::come_to_rest(const std::vector<RestPoint>& candidates, bool lay) {
+    dynamics_.look(y.data(), y.data() + nq());
+    const double* v = y.data() + nq();
+    double fastest = 0.0;
+    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
+    const double slow =
+        std::max({kSlowShare * settings_.capture_speed, 1e-12 * fastest, settings_.capture_speed});
+    const std::vector<Rested> before = resting();
+    std::vector<double> J;
+    std::vector<int> turning;
+    write_rows(candidates, J, turning);
+    std::vector<RestPoint> parted;
+    rest_.points.clear();
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+        const double opening = sum_of(J.data() + (3 * i + 2) * nv(), v, nv());
+        const Gap& gap = dynamics_.touching.gaps()[candidates[i].gap];
+        const double most = std::max(slow, chatters(candidates[i].gap) ? gap.capture : gap.rests);
+        (opening <= most ? rest_.points : parted).push_back(candidates[i]);
+    }
+    for (RestPoint& point : rest_.points) {
+        point.pressed = true;
+        const int entry = dynamics_.touching.gaps()[point.gap].entry;
+        for (const Rested& known : before)
+            if (known.entry == entry) point.since = std::min(point.since, known.start);
+    }
+    for (const Rested& known : before) {
+        const bool stays =
+            std::any_of(rest_.points.begin(), rest_.points.end(), [&](const RestPoint& p) {
+                return dynamics_.touching.gaps()[p.gap].entry == known.entry;
+            });
+        if (!stays) rests.push_back({known.entry, known.start, t});
+    }
+    if (lay && !rest_.points.empty()) take_out_drift(true);
+    rebase();
+    if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
+    if (!settle(true)) return false;
+    const std::vector<RestPoint> low = hops(parted);
+    if (low.empty()) return true;
+    // A hop that cannot be told from rest would be followed by others without end.
+    for (const RestPoint& point : low) rest_.points.push_back(point);
+    std::stable_sort(rest_.points.begin(), rest_.points.end(),
+                     [](const RestPoint& a, const RestPoint& b) { return a.gap < b.gap; });
+    take_out_drift(true);
+    rebase();
+    return settle(true);
+}
+
+// Looks at how soon what has parted comes down again; those that do at once, or that rise by less
+// than rounding of their places.
+std::vector<RestPoint> Motion::hops(const std::vector<RestPoint>& parted) {
+    hop_ = 0.0;
+    std::vector<RestPoint> low;
+    if (parted.empty()) return low;
+    dynamics_.look(y.data(), y.data() + nq(), true);
+    std::vector<double> own(3 * nv()), own_turning(3 * nv());
+    for (const RestPoint& point : parted) {
+        double bias[3], more[3];
+        const Gap& gap = dynamics_.touching.gaps()[point.gap];
+        dynamics_.touching.rows(dynamics_.tree, point, y.data(), y.data() + nq(), own.data(),
+                                gap.turns ? own_turning.data() : nullptr, bias,
+                                gap.turns ? more : nullptr);
+        const double speed = sum_of(own.data() + 2 * nv(), y.data() + nq(), nv()),
+                     pull = sum_of(own.data() + 2 * nv(), rate_.data() + nq(), nv()) + bias[2];
+        if (!(pull < 0.0 && speed > 0.0)) continue;
+        const double duration = -2.0 * speed / pull, height = -0.5 * speed * speed / pull;
+        const bool is_told = gap.kind != Contact::shapes && gap.kind != Contact::ball &&
+                             gap.kind != Contact::functions;
+        double size = std::abs(gap.limit);
+        if (gap.kind == Contact::point || gap.kind == Contact::rope) {
+            const Vec place =
+                dynamics_.tree.world_place(dynamics_.touching.spot(dynamics_.tree, point).place);
+            size = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
+        }
+        if (is_told && (height <= kRounded * size || duration <= settings_.together))
+            low.push_back(point);
+        else
+            hop_ = std::max(hop_ > 0.0 ? std::min(hop_, duration) : duration, settings_.together);
+    }
+    return low;
+}
+
+// Which points slide, roll and spin from here on, and which joints move; drift is taken out.
+bool Motion::settle(bool fresh) {
+    double* v = y.data() + nq();
+    double fastest = 0.0;
+    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
+    dynamics_.look(y.data(), v);
+    if (fresh) {
+        std::vector<double> J;
+        std::vector<int> turning;
+        write_rows(rest_.points, J, turning);
+        const auto way_of = [&](const double* row, int size, double none) {
+            Slide slide;
+            const double a = sum_of(row, v, nv()),
+                         b = size == 2 ? sum_of(row + nv(), v, nv()) : 0.0,
+                         speed = std::hypot(a, b);
+            if (speed > none) slide = {true, {a / speed, b / speed}};
+            return slide;
+        };
+        std::size_t next = rest_.points.size();
+        for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+            RestPoint& point = rest_.points[i];
+            point.slip = way_of(J.data() + 3 * i * nv(), 2, slow_);
+            if (!dynamics_.touching.gaps()[point.gap].turns) continue;
+            point.roll = way_of(J.data() + 3 * next * nv(), 2, kNoTurn);
+            point.spin = way_of(J.data() + (3 * next + 2) * nv(), 1, kNoTurn);
+            ++next;
+        }
+        for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
+            const double own = v[scene_->dry[j].v];
+            rest_.dry[j] = std::abs(own) > kJointStill * fastest ? (own > 0.0 ? 1 : -1) : 0;
+        }
+    }
+    return keep_up();
+}
+
+// Points that neither push nor stay are let go of.
+void Motion::release() {
+    const double* v = y.data() + nq();
+    dynamics_.look(y.data(), v);
+    std::vector<double> J;
+    std::vector<int> turning;
+    write_rows(rest_.points, J, turning);
+    const std::vector<Rested> before = resting();
+    std::vector<RestPoint> stays;
+    std::vector<int> torn_gaps;
+    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+        double inside = INFINITY;
+        dynamics_.touching.gap_of(dynamics_.tree, rest_.points[i], y.data(), &inside);
+        const int entry = dynamics_.touching.gaps()[rest_.points[i].gap].entry;
+        const bool pulls = !scene_->pulls.empty() && scene_->pulls[entry] > 0.0;
+        const bool torn = pulls && dynamics_.rate.size() == 3 * rest_.points.size() &&
+                          dynamics_.rate[3 * i + 2] > 0.5 * kParted * dynamics_.size;
+        const bool lifts = torn || (!rest_.points[i].pressed &&
+                                    sum_of(J.data() + (3 * i + 2) * nv(), v, nv()) > 0.9 * kLifted);
+        if (torn) torn_gaps.push_back(rest_.points[i].gap);
+        if (!lifts && inside > -1.9e-6) stays.push_back(rest_.points[i]);
+    }
+    if (stays.size() == rest_.points.size()) return;
+    // Points that have left their faces may touch beside them.
+    rest_.points = stays;
+    for (const Rested& known : before) {
+        const bool rests_still = std::any_of(stays.begin(), stays.end(), [&](const RestPoint& p) {
+            return dynamics_.touching.gaps()[p.gap].entry == known.entry;
+        });
+        if (!rests_still) rests.push_back({known.entry, known.start, t});
+    }
+    rebase();
+    // What was torn off has no speed yet: rounding alone would close it again.
+    for (int gap : torn_gaps) base_[gap] -= kGrazed;
+}
+
+// What keeps still and is not held begins to slide along its acceleration; what slides has its way
+// from its slip.
+bool Motion::update_slides() {
+    bool changed = false;
+    const std::size_t n = rest_.points.size();
+    if (dynamics_.rate.size() != 3 * n) return false;
+    const auto update = [&](Slide& slide, const double* speed, const double* rate, int size,
+                            double none, bool loaded) {
+        const double length = size == 2 ? std::hypot(speed[0], speed[1]) : std::abs(speed[0]);
+        const double torn = size == 2 ? std::hypot(rate[0], rate[1]) : std::abs(rate[0]);
+        const double* along = nullptr;
+        double by = 0.0;
+        if (slide.moves && length > none)
+            along = speed, by = length;
+        else if (!slide.moves && loaded && torn > kTorn * std::max(dynamics_.size, 1e-12))
+            along = rate, by = torn;
+        if (!along) return;
+        changed = changed || !slide.moves;
+        slide.moves = true;
+        for (int j = 0; j < size; ++j) slide.way[j] = along[j] / by;
+    };
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        RestPoint& point = rest_.points[i];
+        const Gap& gap = dynamics_.touching.gaps()[point.gap];
+        if (dynamics_.static_friction(gap.entry) > 0.0 || dynamics_.has_drop(gap.entry))
+            update(point.slip, dynamics_.slip.data() + 3 * i, dynamics_.rate.data() + 3 * i, 2,
+                   dynamics_.slow, point.pressed);
+        if (!gap.turns) continue;
+        const ContactCoefficients& own = scene_->law.contacts[gap.entry];
+        const double *speed = dynamics_.turning.data() + 3 * next,
+                     *rate = dynamics_.turn_rate.data() + 3 * next;
+        if (own.rolling > 0.0) update(point.roll, speed, rate, 2, kNoTurn * 1e2, point.pressed);
+        if (own.torsion > 0.0)
+            update(point.spin, speed + 2, rate + 2, 1, kNoTurn * 1e2, point.pressed);
+        ++next;
+    }
+    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+        if (rest_.dry[j] == 0 && dynamics_.dry_rate[j] != 0.0) {
+            if (!(std::abs(dynamics_.dry_rate[j]) > kTorn * dynamics_.size)) continue;
+            rest_.dry[j] = dynamics_.dry_rate[j] > 0.0 ? 1 : -1;
+            changed = true;
+        }
+    return changed;
+}
+
+// At the end of a step: what rests does from here on; drift of what holds is taken out.
+bool Motion::keep_up() {
+    trouble_ = Trouble::none;
+    const auto look = [&] {
+        if (rate(t, y.data(), rate_.data())) return true;
+        if (trouble_ == Trouble::rest_not_solved && !rest_.points.empty()) return false;
+        return fail();
+    };
+    const auto jam = [&] { return ended == Ended::not_yet && (without_collision() || fail()); };
+    if (!look()) return jam();
+    const std::size_t before = rest_.points.size();
+    if (before > 0) release();
+    if (rest_.points.size() != before && !look()) return jam();
+    bool changed = update_slides();
+    const bool moved = take_out_drift(false);
+    if (moved || changed) {
+        if (!look()) return jam();
+        // Once more: what was found to slide may change the loads of the others.
+        if (update_slides() && !look()) return jam();
+    }
+    return true;
+}
+
+// Bring constraints, and resting points where they push (or all their normals), back to where they
+// belong, by as little as can be in the metric of M; whether anything moved.
+bool Motion::take_out_drift(bool all_normals) {
+    bool moved = false;
+    std::vector<double> off, rows, change, dq(nv()), shift(nq()), J;
+    std::vector<int> of_rows, turning;
+    const int m = dynamics_.holding.rows();
+    const auto add_row = [&](const double* row, double by) {
+        rows.insert(rows.end(), row, row + nv());
+        change.push_back(by);
+    };
+    const auto largest_of = [](const std::vector<double>& x) {
+        double most = 0.0;
+        for (double own : x) most = std::max(most, std::abs(own));
+        return most;
+    };
+    for (int step = 0; step < kMostSteps; ++step) {
+        dynamics_.look(y.data(), y.data() + nq());
+        rows.clear(), change.clear(), off.clear();
+        if (m > 0) {
+            dynamics_.holding.fill_rows(dynamics_.tree, y.data());
+            dynamics_.holding.drift(dynamics_.tree, y.data(), t, off, of_rows);
+            for (std::size_t i = 0; i < off.size(); ++i)
+                add_row(dynamics_.holding.A() + of_rows[i] * nv(), -off[i]);
+        }
+        write_rows(rest_.points, J, turning);
+        for (std::size_t i = 0; i < rest_.points.size(); ++i)
+            if (rest_.points[i].pressed || all_normals)
+                add_row(
+                    J.data() + (3 * i + 2) * nv(),
+                    -dynamics_.touching.gap_of(dynamics_.tree, rest_.points[i], y.data(), nullptr));
+        if (!(largest_of(change) > kNoDrift)) break;
+        if (!dynamics_.moved(rows.data(), static_cast<int>(change.size()), change.data(),
+                             dq.data()))
+            break;
+        configuration_rate(*scene_->scene.model, y.data(), dq.data(), shift.data());
+        for (int i = 0; i < nq(); ++i) y[i] += shift[i];
+        normalize_configuration(*scene_->scene.model, y.data());
+        moved = true;
+    }
+    dynamics_.look(y.data(), y.data() + nq());
+    double* v = y.data() + nq();
+    rows.clear(), change.clear();
+    if (m > 0) {
+        std::vector<double> speed(m), rate(m);
+        dynamics_.holding.fill_rows(dynamics_.tree, y.data());
+        dynamics_.holding.speeds(t, speed.data(), rate.data());
+        for (int r = 0; r < m; ++r) {
+            const double* row = dynamics_.holding.A() + r * nv();
+            add_row(row, speed[r] - sum_of(row, v, nv()));
+        }
+    }
+    write_rows(rest_.points, J, turning);
+    std::size_t next = rest_.points.size();
+    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+        const RestPoint& point = rest_.points[i];
+        const Gap& gap = dynamics_.touching.gaps()[point.gap];
+        const double* row = J.data() + 3 * i * nv();
+        const bool keeps = point.pressed || all_normals;
+        const auto still = [&](const double* own) { add_row(own, -sum_of(own, v, nv())); };
+        if (keeps) still(row + 2 * nv());
+        // What chatters does not slip either: friction of so little slip would tip it.
+        if (all_normals && chatters(point.gap) &&
+            std::hypot(sum_of(row, v, nv()), sum_of(row + nv(), v, nv())) < gap.capture)
+            still(row), still(row + nv());
+        if (point.pressed && !all_normals && !point.slip.moves &&
+            dynamics_.static_friction(gap.entry) > 0.0)
+            still(row), still(row + nv());
+        if (!gap.turns) continue;
+        const double* turn = J.data() + 3 * next++ * nv();
+        const ContactCoefficients& own = scene_->law.contacts[gap.entry];
+        if (all_normals || !point.pressed) continue;
+        if (!point.roll.moves && own.rolling > 0.0) still(turn), still(turn + nv());
+        if (!point.spin.moves && own.torsion > 0.0) still(turn + 2 * nv());
+    }
+    if (!all_normals)
+        for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+            if (rest_.dry[j] == 0) {
+                std::vector<double> row(nv());
+                row[scene_->dry[j].v] = 1.0;
+                add_row(row.data(), -v[scene_->dry[j].v]);
+            }
+    if (largest_of(change) > kNoDrift &&
+        dynamics_.moved(rows.data(), static_cast<int>(change.size()), change.data(), dq.data())) {
+        for (int i = 0; i < nv(); ++i) v[i] += dq[i];
+        moved = true;
+    }
+    return moved;
+}
+
+// Gaps that are closed, or overlap by rounding, count as zero.
+void Motion::rebase() {
+    dynamics_.look(y.data(), y.data() + nq());
+    const auto& gaps = dynamics_.touching.gaps();
+    for (std::size_t i = 0; i < gaps.size(); ++i)
+        base_[i] = passing_[i]
+                       ? 0.0
+                       : std::min(dynamics_.touching
+                                      .measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq())
+                                      .gap,
+                                  0.0);
+}
+
+}  // namespace impulsekit

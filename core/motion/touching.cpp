@@ -1,0 +1,331 @@
+#include "motion/touching.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "arena.hpp"
+#include "meeting.hpp"
+
+namespace impulsekit {
+namespace {
+
+// How far bodies turn, or move in radii, for the rates of what is followed on them.
+constexpr double kMove = 1e-3;
+// Rounding of gaps, of the size of places.
+constexpr double kRounded = 4e-16;
+// Overlaps deeper than these are no motion that is right: of points and stops, whose drift is taken
+// out after every step, and of bodies, in radii of the smaller one and at most [m].
+constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e-5, kAlways = 2e-6;
+// Corners, ends and rims that come down more slowly stay, as do points that part more slowly [m/s]:
+// they would hop some 1e-9 m and 5e-12 m high.
+constexpr double kSlowCorner = 2e-4, kSlowRise = 1e-5;
+
+Placement placement_of(const Tree<double>& tree, int body) {
+    return {tree.rotation[body], tree.origin[body]};
+}
+
+// R turned by a rotation vector.
+Mat turned_by(const Vec& w, const Mat& r) {
+    const double angle = std::sqrt(dot(w, w));
+    if (!(angle > 0.0)) return r;
+    const double s = std::sin(angle) / angle, half = std::sin(0.5 * angle) / (0.5 * angle),
+                 c = 0.5 * half * half;
+    const auto turn = [&](const Vec& a) {
+        const Vec first = cross(w, a);
+        return a + first * s + cross(w, first) * c;
+    };
+    return {turn(r.x), turn(r.y), turn(r.z)};
+}
+
+Placement moved(const Tree<double>& tree, int body, double time) {
+    Placement place = placement_of(tree, body);
+    const Spatial<double>& twist = tree.twist[body];
+    place.origin += twist.linear * time;
+    place.rotation = turned_by(twist.angular * time, place.rotation);
+    return place;
+}
+
+double length_of(const Vec& a) { return std::sqrt(dot(a, a)); }
+
+double smaller_of(const Bodies& bodies) {
+    double least = INFINITY;
+    for (const auto* own : {&bodies.first, &bodies.other}) {
+        double reach = 0.0;
+        for (const Shape& shape : *own) reach = std::max(reach, shape.reach);
+        least = std::min(least, reach);
+    }
+    return least;
+}
+
+// Whether corners, ends of capsules or rims may touch, which lift each other in turn.
+bool has_ends(const Bodies& bodies) {
+    const auto is_smooth = [](const Shape& s) {
+        return s.kind == Shape::ball || s.kind == Shape::ellipsoid || s.kind == Shape::half_space;
+    };
+    return !(std::all_of(bodies.first.begin(), bodies.first.end(), is_smooth) &&
+             std::all_of(bodies.other.begin(), bodies.other.end(), is_smooth));
+}
+
+// How fast a point of a shape may move at most.
+double fastest(const Tree<double>& tree, int body, const Shape& shape, const Vec& other_place) {
+    const Spatial<double>& twist = tree.twist[body];
+    if (std::isinf(shape.reach)) {
+        // Of a half-space what is near the other body counts.
+        return length_of(twist_at(twist, other_place - tree.origin[body]).linear);
+    }
+    const Vec centre = tree.rotation[body] * shape.centre;
+    return length_of(twist_at(twist, centre).linear) + length_of(twist.angular) * shape.reach;
+}
+
+}  // namespace
+
+Touching::Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
+                   TouchingFunctions functions, const std::vector<char>& conditional)
+    : scene_(&scene), law_(&law), bodies_(std::move(bodies)), functions_(std::move(functions)) {
+    int function = 0;
+    for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
+        const Contact& contact = scene.contacts[i];
+        Gap gap;
+        gap.entry = static_cast<int>(i);
+        gap.kind = contact.kind;
+        gap.turns = contact.turns;
+        gap.has_condition = conditional[i];
+        gap.deepest = kDeepest;
+        if (contact.kind == Contact::stop) {
+            for (double sign : {1.0, -1.0}) {
+                gap.sign = sign;
+                gap.limit = sign > 0.0 ? contact.lower : contact.upper;
+                if (std::isfinite(gap.limit)) gaps_.push_back(gap);
+            }
+            continue;
+        }
+        if (contact.kind == Contact::functions) gap.function = function++;
+        if (contact.kind == Contact::shapes || contact.kind == Contact::ball) {
+            bodies_[i].smaller = smaller_of(bodies_[i]);
+            gap.capture = has_ends(bodies_[i]) ? kSlowCorner : kSlowRise;
+            gap.rests = kSlowRise;
+            gap.deepest = std::max(
+                std::min(kDeepestOfBodies, kDeepestOfRadius * bodies_[i].smaller), kAlways);
+        }
+        gaps_.push_back(gap);
+    }
+}
+
+bool Touching::counts(const Gap& gap, const double* q, const double* v) const {
+    return !gap.has_condition || functions_.counts(gap.entry, q, v);
+}
+
+GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const double* q,
+                           const double* v) const {
+    const Contact& contact = scene_->contacts[gap.entry];
+    GapState found;
+    if (gap.kind == Contact::stop) {
+        found.gap = gap.sign * (q[contact.q] - gap.limit);
+        found.rate = gap.sign * v[contact.v];
+        found.bound = std::abs(found.rate);
+        return found;
+    }
+    if (gap.kind == Contact::functions) {
+        const int nv = scene_->model->nv;
+        Arena::Scope scope(scratch());
+        double* own = scratch().take(1 + 3 * nv);
+        functions_.rows(gap.function, q, own);
+        found.gap = own[0];
+        for (int i = 0; i < nv; ++i) found.rate += own[1 + 2 * nv + i] * v[i];
+        found.bound = std::abs(found.rate);
+        return found;
+    }
+    if (gap.kind == Contact::point || gap.kind == Contact::rope) {
+        const Between b = between(tree, contact.frames);
+        const Vec u = b.wanders - velocity_at(tree, b.other, b.other_place);
+        found.rate = dot(b.axes.z, u);
+        found.bound = length_of(u);
+        found.turning = std::max(length_of(tree.twist[b.first].angular),
+                                 length_of(tree.twist[b.other].angular));
+        found.rounding = kRounded * std::max(length_of(b.place),
+                                             length_of(place_of(tree, contact.frames.other)));
+        if (gap.kind == Contact::point) {
+            found.gap = dot(b.axes.z, b.place - place_of(tree, contact.frames.other));
+        } else {
+            found.gap = contact.limit - length_of(b.place - b.other_place);
+        }
+        return found;
+    }
+    const Bodies& bodies = bodies_[gap.entry];
+    const int a = bodies.first_body, b = bodies.other_body;
+    const Placement pa = placement_of(tree, a), pb = placement_of(tree, b);
+    found.gap = INFINITY;
+    found.rounding = kRounded * (length_of(pa.origin) + length_of(pb.origin) + bodies.smaller);
+    found.turning = std::max(length_of(tree.twist[a].angular), length_of(tree.twist[b].angular));
+    for (const Shape& one : bodies.first)
+        for (const Shape& two : bodies.other) {
+            const Vec centre = std::isinf(one.reach) ? pb.origin + pb.rotation * two.centre
+                                                     : pa.origin + pa.rotation * one.centre;
+            found.bound = std::max(found.bound,
+                                   fastest(tree, a, one, centre) + fastest(tree, b, two, centre));
+            if (std::isfinite(one.reach) && std::isfinite(two.reach)) {
+                const Vec way = centre - (pb.origin + pb.rotation * two.centre);
+                const double apart = length_of(way) - one.reach - two.reach;
+                if (apart > 0.1 * std::min(one.reach, two.reach)) {
+                    if (apart < found.gap)
+                        found.gap = apart, found.rate = 0.0, found.is_rough = true;
+                    continue;
+                }
+            }
+            const Nearest near = nearest(one, pa, two, pb, true);
+            if (!(near.gap < found.gap)) continue;
+            found.gap = near.gap;
+            found.is_rough = false;
+            found.rate = dot(near.normal, velocity_at(tree, a, near.on_first) -
+                                              velocity_at(tree, b, near.on_other));
+        }
+    return found;
+}
+
+double Touching::gap_of(const Tree<double>& tree, const RestPoint& point, const double* q,
+                        double* inside) const {
+    const Gap& gap = gaps_[point.gap];
+    if (inside) *inside = INFINITY;
+    if (gap.kind != Contact::shapes && gap.kind != Contact::ball) {
+        Arena::Scope scope(scratch());
+        const double* still = scratch().take(scene_->model->nv);
+        return measure(tree, gap, q, still).gap;
+    }
+    const Bodies& bodies = bodies_[gap.entry];
+    return follow(point.feature, bodies.first, placement_of(tree, bodies.first_body), bodies.other,
+                  placement_of(tree, bodies.other_body), inside)
+        .gap;
+}
+
+void Touching::touching(const Tree<double>& tree, int gap, double margin,
+                        std::vector<RestPoint>& found) const {
+    RestPoint point;
+    point.gap = gap;
+    if (gaps_[gap].kind != Contact::shapes && gaps_[gap].kind != Contact::ball) {
+        found.push_back(point);
+        return;
+    }
+    const Bodies& bodies = bodies_[gaps_[gap].entry];
+    std::vector<TouchPoint> points;
+    impulsekit::touching(bodies.first, placement_of(tree, bodies.first_body), bodies.other,
+                         placement_of(tree, bodies.other_body), margin, points);
+    for (const TouchPoint& own : points) {
+        point.feature = own.feature;
+        found.push_back(point);
+    }
+}
+
+bool Touching::is_elliptic(int entry) const {
+    return law_->contacts[entry].model.kind == Friction::Kind::elliptic;
+}
+
+void Touching::scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const {
+    if (!is_elliptic(entry)) return;
+    const Contact& contact = scene_->contacts[entry];
+    const Friction& friction = law_->contacts[entry].model;
+    const Vec along = tree.rotation[contact.ellipse_body] * vec3<double>(contact.along);
+    const double a = dot(axes.x, along), b = dot(axes.y, along), length = std::hypot(a, b);
+    if (!(length > kAlongNormal)) return;
+    const Vec first = (axes.x * a + axes.y * b) * (friction.first / length),
+              second = (axes.y * a - axes.x * b) * (friction.second / length);
+    axes.x = first;
+    axes.y = second;
+}
+
+// Where a followed point is, and how fast it and its normal wander over both bodies: differences of
+// fourth order along their motion.
+Between Touching::spot_of_bodies(const Tree<double>& tree, const RestPoint& point) const {
+    const Gap& gap = gaps_[point.gap];
+    const Bodies& bodies = bodies_[gap.entry];
+    Between b;
+    b.first = bodies.first_body;
+    b.other = bodies.other_body;
+    const auto at = [&](double time) {
+        return follow(point.feature, bodies.first, moved(tree, b.first, time), bodies.other,
+                      moved(tree, b.other, time), nullptr);
+    };
+    const TouchPoint here = at(0.0);
+    b.place = b.other_place = here.point;
+    b.axes = contact_axes(here.normal);
+    const double speed =
+        std::max({length_of(tree.twist[b.first].angular), length_of(tree.twist[b.other].angular),
+                  length_of(velocity_at(tree, b.first, here.point) -
+                            velocity_at(tree, b.other, here.point)) /
+                      bodies.smaller});
+    b.wanders = velocity_at(tree, b.other, here.point);
+    const Vec spin = tree.twist[b.other].angular;
+    b.turns = b.axes.z * dot(b.axes.z, spin);
+    if (!(speed > 0.0)) return b;
+    const double time = kMove / speed;
+    const TouchPoint one = at(time), minus = at(-time), two = at(2.0 * time),
+                     minus_two = at(-2.0 * time);
+    const double near = 8.0 / (12.0 * time), far = 1.0 / (12.0 * time);
+    b.wanders = (one.point - minus.point) * near - (two.point - minus_two.point) * far;
+    const Vec change = (one.normal - minus.normal) * near - (two.normal - minus_two.normal) * far;
+    b.turns += cross(b.axes.z, change);
+    return b;
+}
+
+Between Touching::plain_spot(const Tree<double>& tree, const RestPoint& point) const {
+    const Gap& gap = gaps_[point.gap];
+    return gap.kind == Contact::shapes || gap.kind == Contact::ball
+               ? spot_of_bodies(tree, point)
+               : between(tree, scene_->contacts[gap.entry].frames);
+}
+
+Between Touching::spot(const Tree<double>& tree, const RestPoint& point) const {
+    Between b = plain_spot(tree, point);
+    scale_to_ellipse(tree, gaps_[point.gap].entry, b.axes);
+    return b;
+}
+
+void Touching::friction_axis(const Tree<double>& tree, const RestPoint& point, double* axis) const {
+    axis[0] = 1.0;
+    axis[1] = 0.0;
+    const int entry = gaps_[point.gap].entry;
+    if (!is_elliptic(entry)) return;
+    const Contact& contact = scene_->contacts[entry];
+    const Mat axes = plain_spot(tree, point).axes;
+    const Vec along = tree.rotation[contact.ellipse_body] * vec3<double>(contact.along);
+    const double a = dot(axes.x, along), b = dot(axes.y, along), length = std::hypot(a, b);
+    if (!(length > kAlongNormal)) return;
+    axis[0] = a / length;
+    axis[1] = b / length;
+}
+
+void Touching::rows(const Tree<double>& tree, const RestPoint& point, const double* q,
+                    const double* v, double* J, double* turning, double* bias, double* turning_bias,
+                    bool in_units) const {
+    const int nv = scene_->model->nv;
+    const Gap& gap = gaps_[point.gap];
+    const Contact& contact = scene_->contacts[gap.entry];
+    std::fill(J, J + 3 * nv, 0.0);
+    if (bias) std::fill(bias, bias + 3, 0.0);
+    if (gap.kind == Contact::stop) {
+        J[2 * nv + contact.v] = gap.sign;
+        return;
+    }
+    if (gap.kind == Contact::functions) {
+        Arena::Scope scope(scratch());
+        double* own = scratch().take(1 + 3 * nv);
+        functions_.rows(gap.function, q, own);
+        std::copy(own + 1, own + 1 + 3 * nv, J);
+        if (bias) functions_.bias(gap.function, q, v, bias);
+        return;
+    }
+    if (turning) std::fill(turning, turning + 3 * nv, 0.0);
+    const Between b = in_units ? spot(tree, point) : plain_spot(tree, point);
+    add_rows(tree, b, J, turning);
+    if (bias) {
+        const Spatial<double> rate = relative_rate(tree, b);
+        bias[0] = rate.linear.x, bias[1] = rate.linear.y, bias[2] = rate.linear.z;
+        if (turning_bias) {
+            turning_bias[0] = rate.angular.x;
+            turning_bias[1] = rate.angular.y;
+            turning_bias[2] = rate.angular.z;
+        }
+    }
+    if (gap.kind == Contact::rope) std::fill(J, J + 2 * nv, 0.0);
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,110 @@
+// Contacts along a motion: how far they are from touching, and the points that rest.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "batch.hpp"
+#include "geometry/shapes.hpp"
+#include "motion/between.hpp"
+#include "scene.hpp"
+
+namespace impulsekit {
+
+// Whether what touches rubs, rolls or spins, and which way: it keeps still, or it moves.
+struct Slide {
+    bool moves = false;
+    double way[2] = {};  // unit vector in the tangents; of a spin its sign
+};
+
+// A point that rests.
+struct RestPoint {
+    int gap = 0;
+    Feature feature{};    // of bodies, how it is followed
+    double since = 0.0;   // [s]
+    bool pressed = true;  // at the last evaluation
+    Slide slip, roll, spin;
+};
+
+// One way in which a contact of the scene may touch: a joint stop has two.
+struct Gap {
+    int entry = 0;
+    Contact::Kind kind = Contact::point;
+    double limit = 0.0, sign = 1.0;  // of a stop
+    int function = -1;
+    double capture = 0.0;  // slower approaches are met without restitution [m/s]
+    double rests = 0.0;    // points that part more slowly rest [m/s]
+    double deepest = 0.0;  // an overlap above this is no motion that is right [m]
+    bool turns = false, has_condition = false;
+};
+
+// Both bodies of a collision.
+struct Bodies {
+    std::vector<Shape> first, other;
+    int first_body = 0, other_body = 0;
+    double smaller = 0.0;  // radius of a ball around the smaller one [m]
+};
+
+struct TouchingFunctions {
+    // Gap and (3, nv) rows of the i-th contact by functions, and the rates of its rows.
+    std::function<void(int i, const double* q, double* found)> rows;
+    std::function<void(int i, const double* q, const double* v, double* bias)> bias;
+    // Whether a contact of the scene counts as one at a state.
+    std::function<bool(int entry, const double* q, const double* v)> counts;
+};
+
+// What is known of one gap at a state.
+struct GapState {
+    double gap = 0.0, rate = 0.0;  // [m, m/s]; of joints [rad, rad/s]
+    double bound = 0.0;            // no gap of this contact closes faster, at this state [m/s]
+    double rounding = 0.0;         // of the gap [m]
+    double turning = 0.0;          // the fastest angular velocity of its bodies [rad/s]
+    bool is_rough = false;         // bodies are far: they are further apart than it says
+};
+
+class Touching {
+  public:
+    Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
+             TouchingFunctions functions, const std::vector<char>& conditional);
+
+    const std::vector<Gap>& gaps() const { return gaps_; }
+    const Bodies& bodies_of(const Gap& gap) const { return bodies_[gap.entry]; }
+    bool counts(const Gap& gap, const double* q, const double* v) const;
+
+    // A gap; the tree with places and twists.
+    GapState measure(const Tree<double>& tree, const Gap& gap, const double* q,
+                     const double* v) const;
+    // The gap of one resting point, and how far inside its face or edges it is.
+    double gap_of(const Tree<double>& tree, const RestPoint& point, const double* q,
+                  double* inside) const;
+    // The points at which a gap's bodies touch now within a margin; of another kind its one point.
+    void touching(const Tree<double>& tree, int gap, double margin,
+                  std::vector<RestPoint>& found) const;
+
+    // The point and axes of a resting point of two bodies; the tree with places and twists.
+    Between spot(const Tree<double>& tree, const RestPoint& point) const;
+    // The first axis of an ellipse of friction in the tangents of a point; (1, 0) without one.
+    void friction_axis(const Tree<double>& tree, const RestPoint& point, double* axis) const;
+    // (3, nv) rows of a resting point and of its turning, and their rates at no joint acceleration,
+    // where asked for; the tree with places and twists, for rates with those of bodies as well.
+    // `in_units`: of an ellipse of friction tangents have its semi-axes as units.
+    void rows(const Tree<double>& tree, const RestPoint& point, const double* q, const double* v,
+              double* J, double* turning, double* bias, double* turning_bias,
+              bool in_units = true) const;
+    // Whether friction goes by an ellipse, whose semi-axes are units of the tangents.
+    bool is_elliptic(int entry) const;
+
+  private:
+    Between plain_spot(const Tree<double>& tree, const RestPoint& point) const;
+    Between spot_of_bodies(const Tree<double>& tree, const RestPoint& point) const;
+    void scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const;
+
+    const Scene* scene_;
+    const ContactLaw* law_;
+    std::vector<Bodies> bodies_;
+    TouchingFunctions functions_;
+    std::vector<Gap> gaps_;
+};
+
+}  // namespace impulsekit

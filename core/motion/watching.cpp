@@ -1,0 +1,81 @@
+// Forces that are functions of time or state are looked at between the stages of a step: a short
+// pulse falls between them where a quiet flight lets steps be long.
+#include <algorithm>
+#include <cmath>
+
+#include "motion/motion.hpp"
+
+namespace impulsekit {
+namespace {
+
+// So many times a motion functions are looked at: what acts for a thousandth of it is met.
+constexpr double kLooks = 2000.0;
+// Beyond this part of the largest value seen a force is not what the step takes it for: what a step
+// within tolerance makes of a smooth force is a thousand times nearer.
+constexpr double kUnlike = 1e-3;
+constexpr int kNodes = 8;
+constexpr double kPi = 3.14159265358979323846;
+
+}  // namespace
+
+// All numbers that functions give at a time of a step.
+void Motion::forces_at(const Step& step, double at, std::vector<double>& found) {
+    const Forces& forces = scene_->forces;
+    at = std::min(std::max(at, from_), to_);
+    found = forces.at_start;
+    if (forces.driven) forces.driven(at, found.data());
+    if (forces.functions.empty()) return;
+    step.at(at, here_.data());
+    for (const Forces::Function& own : forces.functions) {
+        const std::size_t first = found.size();
+        found.resize(first + own.count);
+        own.at(at, here_.data(), here_.data() + nq(), found.data() + first);
+    }
+}
+
+// The length with which a step is to be made again, or 0 where it will do: where a force is not
+// what the polynomial through eight of its values says (Berrut & Trefethen 2004).
+double Motion::shorter_step(const Step& step) {
+    const Forces& forces = scene_->forces;
+    const double spacing = settings_.scale_of_time / kLooks, span = step.end - step.start;
+    if ((!forces.driven && forces.functions.empty()) || !(span > 2.0 * spacing)) return 0.0;
+    std::vector<double> nodes(kNodes), weights(kNodes), seen;
+    std::vector<std::vector<double>> values(kNodes);
+    for (int i = 0; i < kNodes; ++i) {
+        nodes[i] = step.start + 0.5 * (1.0 - std::cos(kPi * i / (kNodes - 1))) * span;
+        weights[i] = (i % 2 == 0 ? 1.0 : -1.0) * (i == 0 || i == kNodes - 1 ? 0.5 : 1.0);
+        forces_at(step, nodes[i], values[i]);
+        largest_force_.resize(values[i].size(), 0.0);
+        for (std::size_t k = 0; k < values[i].size(); ++k)
+            if (std::isfinite(values[i][k]))
+                largest_force_[k] = std::max(largest_force_[k], std::abs(values[i][k]));
+    }
+    // The components of a force count as one.
+    const std::size_t threes = 6 * forces.applied.size();
+    for (double at = (std::floor(step.start / spacing) + 1.0) * spacing; at < step.end;
+         at += spacing) {
+        forces_at(step, at, seen);
+        for (std::size_t k = 0; k < seen.size(); ++k)
+            if (std::isfinite(seen[k]))
+                largest_force_[k] = std::max(largest_force_[k], std::abs(seen[k]));
+        for (std::size_t k = 0; k < seen.size(); ++k) {
+            double sum = 0.0, scale = 0.0, hit = NAN;
+            for (int i = 0; i < kNodes; ++i) {
+                const double apart = at - nodes[i];
+                if (std::abs(apart) < 1e-14 * span) hit = values[i][k];
+                sum += weights[i] / apart * values[i][k];
+                scale += weights[i] / apart;
+            }
+            double most = largest_force_[k];
+            if (k < threes)
+                for (std::size_t j = k / 3 * 3; j < k / 3 * 3 + 3; ++j)
+                    most = std::max(most, largest_force_[j]);
+            const double told = std::isnan(hit) ? sum / scale : hit;
+            if (!(std::abs(seen[k] - told) > kUnlike * most)) continue;
+            return std::max(spacing, std::min(at - spacing - step.start, 0.5 * span));
+        }
+    }
+    return 0.0;
+}
+
+}  // namespace impulsekit

@@ -1,1 +1,0 @@
-"""Accelerations of all that a scene holds: free, constrained, driven, and at rest."""

@@ -1,0 +1,285 @@
+"""``flat_motion``: a scene with all that acts between impacts, as the native core takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from .._core import MotionScene
+from ..errors import InputError
+from ..geometry.axes import place_numbers
+from ..impact.flat.law import contact_law
+from ..impact.flat.scene import FlatScene, flat_scene
+from ..rows.entries import Site
+from ..scene import (
+    Actuator,
+    AppliedForce,
+    Collision,
+    Driven,
+    JointFriction,
+    JointSpring,
+    Scene,
+    Spring,
+)
+from ..scene.at_time import is_driven, velocity_at
+from ..scene.driven import Rates
+from ..scene.forces import PD, TorqueTable
+from ..scene.functions import numbers_from
+from ..scene.gap_functions import FunctionRows
+from ..scene.scene import KeptByScene
+
+__all__ = ["FlatMotion", "flat_motion"]
+
+_SIDES = {"both": 0.0, "above": 1.0, "below": -1.0}
+_WAYS = {"both": 0.0, "pull": 1.0, "push": -1.0}
+# A motion begins where its driven joints are, but for this [m, rad].
+OFF_AT_START = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMotion:
+    """A scene in the core.
+
+    Attributes:
+        flat: what holds and touches the robot.
+        core: that, and what acts between impacts.
+        corners: times at which a force has a corner [s].
+        watched: functions of time that forces are, whose pulses steps must not miss.
+    """
+
+    flat: FlatScene
+    core: MotionScene
+    corners: tuple[float, ...]
+    watched: tuple[Callable[[float], np.ndarray], ...]
+
+
+def flat_motion(scene: Scene) -> FlatMotion:
+    """The scene in the core, made once."""
+    return _motions.of(scene)
+
+
+def _made(scene: Scene) -> FlatMotion:
+    flat = flat_scene(replace(scene, impulses=()) if scene.impulses else scene)
+    places = [isinstance(entry, Driven) for entry in scene.constraints]
+    speeds = [is_driven(entry) for entry in scene.constraints]
+    core = MotionScene(
+        flat.core,
+        contact_law(scene),
+        np.array(scene.gravity, dtype=float),
+        len(scene.constraints),
+        places,
+        [one and not place for one, place in zip(speeds, places, strict=True)],
+    )
+    forces = _Forces(scene, flat, core)
+    forces.add_all()
+    _hold(scene, flat, core)
+    _touch(scene, flat, core)
+    return FlatMotion(flat, core, tuple(forces.corners), tuple(forces.watched))
+
+
+_motions: KeptByScene[FlatMotion] = KeptByScene(_made)
+
+
+class _Forces:
+    """The forces of a scene on their way into the core."""
+
+    def __init__(self, scene: Scene, flat: FlatScene, core: MotionScene) -> None:
+        self._scene, self._robot = scene, scene.robot
+        self._flat, self._core = flat, core
+        self._applied: list[tuple[AppliedForce, str]] = []
+        self._tables: list[TorqueTable] = []
+        self._dry: dict[int, float] = {}
+        self.corners: list[float] = []
+        self.watched: list[Callable[[float], np.ndarray]] = []
+
+    def add_all(self) -> None:
+        names = self._scene.entry_names("forces")
+        for force in self._scene.forces:
+            if isinstance(force, JointFriction):
+                at = self._v(force.joint)
+                self._dry[at] = self._dry.get(at, 0.0) + force.torque
+        rows: set[int] = set()
+        for force, name in zip(self._scene.forces, names, strict=True):
+            if isinstance(force, JointFriction):
+                at = self._v(force.joint)
+                self._core.add_dry(at, self._dry[at], at not in rows)
+                rows.add(at)
+            else:
+                self._add(force, name)
+        self.corners = sorted({time for table in self._tables for time in table.times})
+        start = np.zeros(6 * len(self._applied) + len(self._tables))
+        functions = []
+        for i, (force, name) in enumerate(self._applied):
+            if force.is_constant:
+                start[6 * i : 6 * i + 6] = force.force_at(0.0)
+            else:
+                functions.append((6 * i, partial(force.force_at, name=name)))
+        self.watched += [function for _, function in functions]
+        driven = partial(_driven, start, functions, self._tables)
+        self._core.set_driven(start, driven if functions or self._tables else None)
+
+    def _v(self, name: str) -> int:
+        return int(self._robot.model.joints[self._robot.joint_id(name)].idx_v)
+
+    def _site(self, frame: str, at: Any) -> tuple[int, np.ndarray]:
+        site = Site.of(self._robot, frame, at)
+        return self._flat.model.bodies[site.joint_id], place_numbers(site.placement)
+
+    def _in_joint(self, name: str, numbers: Sequence[float], stores: bool) -> None:
+        joint = self._robot.model.joints[self._robot.joint_id(name)]
+        self._core.add_joint(
+            joint.idx_v, joint.idx_q, joint.nq == 2, np.array(numbers, dtype=float), stores
+        )
+
+    def _add(self, force: Any, name: str) -> None:
+        core = self._core
+        if isinstance(force, JointSpring):
+            numbers = force.stiffness, force.damping, force.rest, 0.0, np.inf, _SIDES[force.acts]
+            self._in_joint(force.joint, numbers, True)
+        elif isinstance(force, Spring):
+            own = force.stiffness, force.damping, force.rest_length, _WAYS[force.acts]
+            ends = self._site(force.frame, force.at), self._site(force.other, force.other_at)
+            core.add_spring(*ends, np.array(own, dtype=float))
+        elif isinstance(force, AppliedForce):
+            core.add_applied(self._site(force.frame, force.at), force.axes == "local")
+            self._applied.append((force, name))
+        elif isinstance(force, Actuator):
+            self._actuate(force, name)
+        else:
+            raise TypeError(type(force).__name__)
+
+    def _actuate(self, force: Actuator, name: str) -> None:
+        joint, torque = self._robot.model.joints[self._robot.joint_id(force.joint)], force.torque
+        if isinstance(torque, PD):
+            limit = np.inf if torque.limit is None else torque.limit
+            more = torque.damping * torque.velocity, limit, 0.0
+            numbers = torque.stiffness, torque.damping, torque.target, *more
+            self._in_joint(force.joint, numbers, False)
+        elif isinstance(torque, TorqueTable):
+            self._core.add_row(joint.idx_v)
+            self._tables.append(torque)
+        elif isinstance(torque, tuple):
+            self._core.add_constant(joint.idx_v, list(torque))
+        else:
+            own = partial(_torque, torque, name, joint.nv)
+            self._core.add_function(joint.idx_v, joint.nv, own)
+
+
+def _torque(function: Any, name: str, size: int, t: float, q: Any, v: Any) -> np.ndarray:
+    what = f"{name}: torque at t = {t:g}"
+    return numbers_from(function, what, size, t, q, v, infinite=True)
+
+
+def _driven(
+    start: np.ndarray, functions: Sequence[Any], tables: Sequence[TorqueTable], t: float
+) -> np.ndarray:
+    """What of the forces is a function of time, at a time [s]."""
+    numbers = start.copy()
+    for at, function in functions:
+        numbers[at : at + 6] = function(t)
+    first = len(numbers) - len(tables)
+    for i, table in enumerate(tables):
+        numbers[first + i] = table(t, None, None)
+    return numbers
+
+
+def _hold(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
+    """Bring over what constraints ask for as functions of users."""
+    functions = flat.functions
+    places: dict[int, Driven] = {}
+    speeds: list[tuple[slice, Callable[[float], Any], Callable[[float], Any]]] = []
+    names = scene.entry_names("constraints")
+    for i, (entry, name) in enumerate(zip(scene.constraints, names, strict=True)):
+        if isinstance(entry, Driven):
+            places[i] = entry
+            speeds.append((flat.slices[i], entry.rate, partial(entry.rate, order=2)))
+        elif is_driven(entry):
+            velocity: Any = entry.velocity
+            size = np.size(velocity_at(velocity, name, 0.0))
+            rates = Rates(velocity, f"{name}: velocity", size)
+            speeds.append((flat.slices[i], partial(velocity_at, velocity, name), rates))
+    core.set_holding(
+        (lambda q: np.concatenate([f.matrix_at(q).ravel() for f in functions]))
+        if functions
+        else None,
+        (lambda q, v: np.concatenate([f.bias(q, v) for f in functions])) if functions else None,
+        (lambda q: np.concatenate([f.value(q) for f in functions])) if functions else None,
+        partial(_speeds, speeds) if speeds else None,
+        (lambda entry, t: places[entry].place(t)) if places else None,
+    )
+
+
+def _speeds(speeds: Sequence[Any], t: float) -> tuple[list[int], list[float], list[float]]:
+    """Rows that are driven in time, their velocities and the rates of these."""
+    rows: list[int] = []
+    velocity: list[float] = []
+    rate: list[float] = []
+    for where, first, second in speeds:
+        count = where.stop - where.start
+        rows += range(where.start, where.stop)
+        velocity += np.broadcast_to(first(t), count).tolist()
+        rate += np.broadcast_to(second(t), count).tolist()
+    return rows, velocity, rate
+
+
+def _touch(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
+    functions = flat.contact_functions
+    names = scene.entry_names("contacts")
+    given = [getattr(entry, "active", None) for entry in scene.contacts]
+    conditions = {
+        i: (active, f"{names[i]}: active") for i, active in enumerate(given) if active is not None
+    }
+    core.set_touching(
+        partial(_gap_rows, functions) if functions else None,
+        (lambda i, q, v: functions[i].bias(q, v)) if functions else None,
+        (lambda i, q, v: _counts(conditions, i, q, v)) if conditions else None,
+        list(conditions),
+    )
+    for i, entry in enumerate(scene.contacts):
+        if isinstance(entry, Collision):
+            from ..geometry.core_shapes import core_shapes
+            from ..rows.bodies import bodies_of
+
+            own = bodies_of(scene.robot, entry)
+            core.set_bodies(i, *map(core_shapes, own.pieces))
+    pulls = [float(getattr(entry, "holding_force", 0.0) or 0.0) for entry in scene.contacts]
+    if any(pulls):
+        core.set_pulls(pulls)
+
+
+def _gap_rows(functions: Sequence[FunctionRows], i: int, q: np.ndarray) -> np.ndarray:
+    own = functions[i]
+    return np.concatenate([own.value(q), own.matrix_at(q).ravel()])
+
+
+def _counts(conditions: dict[int, Any], i: int, q: np.ndarray, v: np.ndarray) -> bool:
+    function, what = conditions[i]
+    return bool(numbers_from(function, what, 1, q, v)[0] > 0.0)
+
+
+def check_driven(scene: Scene, q: np.ndarray) -> None:
+    """Refuse a motion that begins beside where its joints are driven.
+
+    Raises:
+        InputError: it does.
+    """
+    model = scene.robot.model
+    for entry, name in zip(scene.constraints, scene.entry_names("constraints"), strict=True):
+        if not isinstance(entry, Driven):
+            continue
+        joint, place = model.joints[scene.robot.joint_id(entry.joint)], entry.place(0.0)
+        at = joint.idx_q
+        if joint.nq == 1:
+            off = float(q[at] - place)
+        else:
+            c, s = np.cos(place), np.sin(place)
+            off = float(np.arctan2(c * q[at + 1] - s * q[at], c * q[at] + s * q[at + 1]))
+        if not abs(off) <= OFF_AT_START:
+            raise InputError(
+                f'{name}: joint "{entry.joint}" begins {off:.3g} (rad or m) beside where it '
+                f"is driven, position(0) = {place:.9g}; begin the motion there"
+            )

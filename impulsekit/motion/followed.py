@@ -1,0 +1,184 @@
+"""``Followed``: a motion in the core, and what Python makes of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError, check_kind
+from ..impact import Impact
+from ..impact.solver import solve_touching
+from ..robot import state
+from ..robot.model_checks import check_capacity
+from ..scene import Contact, Scene
+from ..scene.at_time import is_driven, scene_at
+from ..scene.functions import call
+from ..scene.motion import MotionSettings
+from ..scene.scene import KeptByScene
+from .interrupts import Interrupts
+from .record.path import Path
+from .record.sampled import Impacts, Rest
+from .record.status import MotionStatus
+from .record.trajectory import Trajectory
+from .start import begin, core_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["Followed", "checked_start"]
+
+# Steps between two looks at Ctrl-C.
+BETWEEN_LOOKS = 16
+
+
+class Followed:
+    """A motion.
+
+    Attributes:
+        scene, settings: its own.
+        core: the motion in the core.
+        first: the impact at t = 0, if there was one.
+    """
+
+    def __init__(
+        self, scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
+    ) -> None:
+        self.scene, self.settings = scene, settings
+        self.core, self._start = core_of(scene, q, v, settings), (q, v)
+        self.first: Impacts = ()
+
+    def begin(self) -> None:
+        """Bring it to just after t = 0."""
+        core = self.core
+        self.first = tuple(begin(core, self.scene, *self._start, self.settings))
+
+    def copy(self) -> Followed:
+        """The same, which goes on by itself."""
+        twin = object.__new__(Followed)
+        vars(twin).update(vars(self), core=self.core.copy())
+        return twin
+
+    def to_end(self, times: np.ndarray, progress: Callable[[float], None] | None) -> Trajectory:
+        """Follow it for the settings' duration; the motion, sampled at ``times``."""
+        core, duration, status = self.core, self.settings.duration, MotionStatus.FINISHED
+        interrupts = Interrupts()
+
+        def look(t: float) -> None:
+            interrupts.heed()
+            if progress is not None:
+                call(progress, "progress", t)
+                interrupts.heed()
+
+        try:
+            with interrupts:
+                self.begin()
+                if core.begun:
+                    every = BETWEEN_LOOKS if progress is None else 1
+                    core.run(duration, duration, look, every)
+                interrupts.heed()
+        except KeyboardInterrupt:
+            status = MotionStatus.INTERRUPTED
+        return self.trajectory(core.t, times, self.settings, status)
+
+    def trajectory(
+        self, t: float, times: np.ndarray, settings: MotionSettings, status: MotionStatus
+    ) -> Trajectory:
+        """The motion up to a time [s] that has been reached."""
+        core, detail = self.core, ""
+        if status is MotionStatus.FINISHED and t >= core.t:
+            status, detail = self.status, self.detail
+        names = self.scene.entry_names("contacts")
+        rests = [
+            Rest(names[entry], start, end if end <= t else math.inf)
+            for entry, start, end in core.rests
+            if start <= t
+        ]
+        state = core.state(t) if core.begun else self._start
+        return Trajectory(
+            self.scene,
+            np.append(times[times < t], t) if t < settings.duration else times,
+            Path(self.scene.robot.model, core.path, t, *state),
+            self.impacts(t),
+            tuple(sorted(rests, key=lambda rest: rest.start)),
+            status,
+            settings,
+            detail=detail,
+            steps=core.steps,
+            evaluations=core.evaluations,
+        )
+
+    def impacts(self, until: float) -> Callable[[], Impacts]:
+        """What makes the impacts up to a time [s], with all that ``solve`` tells of each."""
+        scene, first = self.scene, self.first
+        met = [hit for hit in self.core.impacts if hit[0] <= until]
+        return lambda: (*first, *(_impact_of(scene, *hit) for hit in met))
+
+    @property
+    def status(self) -> MotionStatus:
+        """How the motion has ended; FINISHED while it goes on."""
+        if self.first and not self.first[-1][1].status.valid:
+            return MotionStatus.IMPACT_NOT_VALID
+        return list(MotionStatus)[self.core.ended] if self.core.ended > 0 else MotionStatus.FINISHED
+
+    @property
+    def detail(self) -> str:
+        """What else there is to say of the end."""
+        if self.status is not MotionStatus.IMPACT_NOT_VALID:
+            return str(self.core.detail)
+        t, impact = self.impacts(math.inf)()[-1]
+        return f"the impact at {t:.9g} s is {impact.describe_status()}"
+
+
+def checked_start(
+    scene: Scene, q: ArrayLike, v: ArrayLike, what: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """q and v at the start of a motion.
+
+    Raises:
+        InputError: no scene, or a contact with adhesion without a force that holds it.
+        ShapeError, NotFiniteError, StateError: q or v is not valid.
+    """
+    check_kind(scene, Scene, what)
+    for i, contact in enumerate(scene.contacts):
+        if isinstance(contact, Contact) and contact.adhesion and not contact.holding_force:
+            raise InputError(
+                f"{what}: contacts[{i}] has an adhesion, which bounds the impulse, and no force "
+                "that holds between impacts; give holding_force= [N] too"
+            )
+    model = scene.robot.model
+    check_capacity(model, copies=2)
+    return state.checked_configuration(model, q), state.checked_velocity(model, v)
+
+
+def _impact_of(
+    scene: Scene,
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    after: np.ndarray,
+    entries: list[int],
+    points: list[Any],
+    soft: bool,
+    code: int,
+) -> tuple[float, Impact]:
+    """An impact on the way, with all that ``solve`` tells of it."""
+    later = _later.of(scene)
+    if any(map(is_driven, later.constraints)):
+        own = scene_at(_without_restitution(later) if soft else later, t)
+    else:
+        own = _soft.of(scene) if soft else later
+    return t, solve_touching(own, q, v, set(entries), points)
+
+
+def _without_restitution(scene: Scene) -> Scene:
+    contacts = [replace(entry, restitution=0.0) for entry in scene.contacts]
+    return replace(scene, contacts=contacts)
+
+
+# Made once, so that their solvers serve every motion of a scene.
+_later = KeptByScene(lambda scene: replace(scene, impulses=()) if scene.impulses else scene)
+_soft = KeptByScene(lambda scene: _without_restitution(_later.of(scene)))

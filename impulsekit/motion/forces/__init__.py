@@ -1,1 +1,0 @@
-"""Springs, PD laws, motors and applied forces: from a scene to torques and wrenches."""

@@ -1,1 +1,0 @@
-"""How far bodies are apart, how fast that changes, and the points at which they touch."""

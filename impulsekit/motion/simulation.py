@@ -1,0 +1,295 @@
+"""``Simulation``: a motion that is followed step by step."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, MutableMapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._core import ForcesOfMotion
+from ..display import one_line
+from ..errors import InputError, RangeError, ShapeError, SolveError, check_kind
+from ..impact import Impact
+from ..robot.arrays import read_only
+from ..scene import Scene
+from ..scene.motion import MotionSettings
+from ..scene.numbers import number
+from .flat import flat_motion
+from .followed import BETWEEN_LOOKS, Followed, checked_start
+from .record.loads import pushed_points
+from .record.sampled import Impacts, slip_without_direction
+from .record.status import MotionStatus
+from .record.trajectory import Trajectory
+from .simulate import sample_times
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["Simulation"]
+
+
+class Simulation:
+    """A motion that goes on step by step, with torques that are set on the way.
+
+    The integrator keeps its own steps, which may reach beyond the time asked for; states in
+    between are read from them, so that short ``step``s cost nothing and change no digit. A torque
+    that is set begins a new one.
+
+    Args:
+        scene: the robot, what acts on it, and the law of contact; its impulses act at t = 0.
+        q: (nq,) configuration at the start. v: (nv,) velocity, before the impulses act.
+        record: False to forget the way, for a simulation without end; then there is no
+            ``trajectory``.
+        settings: method, tolerances and limits, see ``MotionSettings``. ``duration`` [s] is
+            only how far a step may reach at most; ``max_steps`` counts for each call.
+        **changes: single settings to change, such as ``accuracy="high"``.
+
+    Attributes:
+        controls: torques [N m, N] by joint name, added to the scene's forces from ``t`` on; a
+            number, or (k,) for a joint of k degrees of freedom.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError, InputError, SolveError: as ``simulate``.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, Simulation
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = Contact("ball", normal=[0, 0, 1], restitution=0.5, name="floor")
+        >>> sim = Simulation(
+        ...     Scene(ball, contacts=[floor]), ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1]),
+        ...     ball.velocity())
+        >>> impact = sim.next_impact()
+        >>> round(sim.t, 6), round(impact.v_after[2], 6)
+        (0.451524, 2.214723)
+        >>> sim.step(0.1).contacts
+        ()
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        q: ArrayLike,
+        v: ArrayLike,
+        *,
+        record: bool = True,
+        settings: MotionSettings | None = None,
+        **changes: Any,
+    ) -> None:
+        base = MotionSettings() if settings is None else settings
+        check_kind(base, MotionSettings, "settings")
+        q, v = checked_start(scene, q, v, "Simulation")
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            self._followed = Followed(scene, q, v, base.changed(**changes))
+            self._followed.begin()
+        self._record, self._t = bool(record), 0.0
+        self.controls = Controls(scene)
+        self._stop_at(0.0)
+
+    @property
+    def t(self) -> float:
+        """The time reached [s]."""
+        return self._t
+
+    @property
+    def q(self) -> np.ndarray:
+        """(nq,) the configuration at ``t``."""
+        return read_only(self._followed.core.state(self._t)[0])
+
+    @property
+    def v(self) -> np.ndarray:
+        """(nv,) the velocity at ``t``; just after the impact where there is one."""
+        return read_only(self._followed.core.state(self._t)[1])
+
+    @property
+    def impacts(self) -> Impacts:
+        """(time [s], ``Impact``) of all up to ``t``."""
+        return self._followed.impacts(self._t)()
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """The names of the contacts that rest now."""
+        return tuple(self.forces)
+
+    @property
+    def forces(self) -> dict[str, np.ndarray]:
+        """By name of a contact that rests, (3,) its force on the first body, world axes [N].
+
+        Of a joint stop (1,), in its joint [N m, N].
+        """
+        followed, (q, v) = self._followed, self._followed.core.state(self._t)
+        slow = slip_without_direction(followed.settings)
+        core = ForcesOfMotion(flat_motion(followed.scene).core, slow)
+        found = core.at(self._t, q, v, followed.core.footing(self._t))
+        names, forces = followed.scene.entry_names("contacts"), dict[str, np.ndarray]()
+        for point in pushed_points(followed.scene, found):
+            name = names[point.entry]
+            forces[name] = forces.get(name, np.zeros(len(point.force))) + point.force
+        return forces
+
+    def step(self, dt: float) -> Simulation:
+        """Go on by a time [s]; returns itself.
+
+        Raises:
+            RangeError, NotFiniteError: no time, or one below 0.
+            SolveError: the motion cannot be followed so far; ``t`` is where it ended.
+        """
+        return self.run_until(self._t + number(dt, "dt"))
+
+    def run_until(self, t: float) -> Simulation:
+        """Go on up to a time [s]; returns itself.
+
+        Raises:
+            RangeError, NotFiniteError: no time, or one in the past.
+            SolveError: the motion cannot be followed so far; ``t`` is where it ended.
+        """
+        t, core = self._checked(t), self._obeying()
+        if core.t < t:
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                core.run(t, self._horizon(t), None, BETWEEN_LOOKS)
+            self._stop_at(t)
+        self._t = t
+        return self
+
+    def next_impact(self, until: float | None = None) -> Impact | None:
+        """Go on to the next impact, and return it; None where there is none.
+
+        Args:
+            until: but no further than to this time [s]; by default by ``duration``.
+
+        Raises:
+            RangeError, NotFiniteError: no time, or one in the past.
+            SolveError: the motion cannot be followed so far; ``t`` is where it ended.
+        """
+        duration = self._followed.settings.duration
+        t = self._checked(self._t + duration if until is None else until)
+        core = self._obeying()
+        known = bisect_right(core.impact_times, self._t)
+        if known == len(core.impact_times) and core.t < t:
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                core.run_to_impact(t, self._horizon(t))
+        times = core.impact_times
+        if known < len(times) and times[known] <= t:
+            self._stop_at(times[known])
+            self._t = times[known]
+            return self.impacts[-1][1]
+        self._stop_at(t)
+        self._t = t
+        return None
+
+    def copy(self) -> Simulation:
+        """The same motion at the same time, which goes on by itself."""
+        twin = object.__new__(type(self))
+        controls = self.controls.copy()
+        vars(twin).update(vars(self), _followed=self._followed.copy(), controls=controls)
+        return twin
+
+    def restore(self, state: Simulation) -> None:
+        """Be again where a copy is; the copy may be used again.
+
+        Raises:
+            InputError: it is none, or one of another scene.
+        """
+        check_kind(state, Simulation, "restore")
+        if state._followed.scene is not self._followed.scene:
+            raise InputError("restore: the state is of another scene")
+        vars(self).update(vars(state.copy()))
+
+    def trajectory(self, samples: ArrayLike | None = None) -> Trajectory:
+        """The motion up to now, as ``simulate`` gives it.
+
+        Args:
+            samples: how many states it lists, evenly; or increasing times [s].
+
+        Raises:
+            InputError: the way was not recorded.
+            RangeError, NotFiniteError: no samples.
+        """
+        if not self._record:
+            raise InputError("trajectory: this Simulation was made with record=False")
+        settings = replace(self._followed.settings, duration=self._t)
+        times = sample_times(settings.samples if samples is None else samples, self._t)
+        return self._followed.trajectory(self._t, times, settings, MotionStatus.FINISHED)
+
+    def _checked(self, t: float) -> float:
+        t = number(t, "t")
+        if t < self._t:
+            raise RangeError.of("t", t, f"{self._t:g} s, the time reached, or later")
+        return t
+
+    def _horizon(self, t: float) -> float:
+        """How far steps may reach: beyond a time, since the next will be asked for."""
+        return max(t, self._followed.core.t + self._followed.settings.duration)
+
+    def _obeying(self) -> Any:
+        """The core, with torques that were set."""
+        core = self._followed.core
+        if not self._record:
+            core.forget(self._t)
+        if self.controls.changed:
+            self.controls.changed = False
+            core.rewind(self._t)
+            core.control(self.controls.torques)
+        return core
+
+    def _stop_at(self, wanted: float) -> None:
+        """Tell that the motion has ended before a time."""
+        followed = self._followed
+        if not followed.status.finished and followed.core.t <= wanted:
+            self._t = followed.core.t
+            raise SolveError(f"Simulation: {followed.status.value} {followed.detail}".strip())
+
+    def __repr__(self) -> str:
+        followed = self._followed
+        count = bisect_right(followed.core.impact_times, self._t) + len(followed.first)
+        hits = f"{count} impact{'s' if count != 1 else ''}"
+        return one_line("Simulation", repr(followed.scene.robot.name), f"t = {self._t:g} s", hits)
+
+
+class Controls(MutableMapping[str, Any]):
+    """Torques by joint name [N m, N].
+
+    Attributes:
+        torques: (nv,) all of them. changed: whether one was set that nothing heeded yet.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._robot = scene.robot
+        self.torques = np.zeros(scene.robot.nv)
+        self.changed = False
+
+    def copy(self) -> Controls:
+        """The same torques, apart."""
+        twin = object.__new__(Controls)
+        vars(twin).update(vars(self), torques=self.torques.copy())
+        return twin
+
+    def _where(self, name: str) -> slice:
+        joint = self._robot.model.joints[self._robot.joint_id(name)]
+        return slice(joint.idx_v, joint.idx_v + joint.nv)
+
+    def __getitem__(self, name: str) -> Any:
+        own = self.torques[self._where(name)]
+        return float(own[0]) if len(own) == 1 else own.copy()
+
+    def __setitem__(self, name: str, torque: ArrayLike) -> None:
+        where = self._where(name)
+        size = where.stop - where.start
+        what = f'controls["{name}"]'
+        given: Any = torque
+        own = [number(x, what) for x in ([given] if np.ndim(given) == 0 else given)]
+        if len(own) != size:
+            raise ShapeError.of(what, (size,), (len(own),))
+        self.torques[where] = own
+        self.changed = True
+
+    def __delitem__(self, name: str) -> None:
+        self[name] = np.zeros(self.torques[self._where(name)].shape)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._robot.joint_names)
+
+    def __len__(self) -> int:
+        return len(self._robot.joint_names)

@@ -1,0 +1,116 @@
+"""``core_of``, ``begin``: a motion in the core, brought to just after its start."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from .._core import Motion
+from ..errors import InputError, RangeError, SingularMassError
+from ..impact import Impact, ImpactSolver
+from ..impact.singular import check_pivots, refuse_massless
+from ..scene import Scene
+from ..scene.coefficients import EllipticFriction
+from ..scene.motion import MotionSettings
+from .flat import check_driven, flat_motion
+
+__all__ = ["begin", "core_of"]
+
+# Speeds [m/s] whose squares may overflow.
+HUGE = 1e100
+# What may overlap at the start [m]: rounding of a state written by hand.
+PENETRATION = 1e-6
+# Gaps that change more slowly than this share of the capture speed neither open nor close.
+SLOW_SHARE, FAINT = 1e-3, 1e-12
+
+
+def core_of(scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings) -> Motion:
+    """The motion in the core, before it begins."""
+    flat = flat_motion(scene)
+    stops = {*settings.stop_times, *flat.corners}
+    numbers = np.array(
+        [
+            settings.rtol,
+            settings.atol,
+            settings.step,
+            settings.max_step or 0.0,
+            settings.capture_speed,
+            settings.together,
+            settings.duration or 1.0,
+        ]
+    )
+    return Motion(
+        flat.core,
+        settings.method,
+        numbers,
+        sorted(t for t in stops if t > 0.0),
+        settings.max_impacts,
+        settings.max_steps,
+        q,
+        v,
+    )
+
+
+def begin(
+    core: Motion, scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
+) -> list[tuple[float, Impact]]:
+    """Bring a motion to just after t = 0; the impact then, if there is one.
+
+    Raises:
+        InputError: a contact that is penetrated, a joint beside where it is driven.
+        SingularMassError: a joint moves no inertia.
+    """
+    largest = float(np.abs(v).max(initial=0.0))
+    if not largest < HUGE:
+        raise RangeError.of("velocity v: its largest entry", largest, f"below {HUGE:g}")
+    if any(isinstance(getattr(c, "friction", 0.0), EllipticFriction) for c in scene.contacts):
+        # An axis of friction along a normal is told.
+        flat_motion(scene).flat.rows(q, v)
+    touching = core.touching_at_start()
+    _refuse_penetration(scene, touching)
+    check_driven(scene, q)
+    if not scene.constraints:
+        _refuse_singular(scene, q)
+    slow = max(SLOW_SHARE * settings.capture_speed, FAINT * largest)
+    struck: list[tuple[float, Impact]] = []
+    meets = any(rate < -slow for _, _, _, rate in touching)
+    if scene.impulses or meets or core.has_to_move():
+        impact = ImpactSolver(scene).solve_touching(q, v, {entry for _, entry, _, _ in touching})
+        struck.append((0.0, impact))
+        v = impact.v_after
+        if not impact.status.valid:
+            return struck
+    core.begin(np.ascontiguousarray(v), [gap for gap, _, _, _ in touching])
+    if core.ended == 4:
+        raise SingularMassError(
+            "the acceleration at the start is not finite: a joint moves no inertia, or a "
+            "force of the scene is not a number",
+            joints=scene.robot.joint_names,
+        )
+    return struck
+
+
+def _refuse_singular(scene: Scene, q: np.ndarray) -> None:
+    """Prove that the mass matrix is regular: rounding would say how bodies fall."""
+    robot = scene.robot
+    refuse_massless(robot, robot.joint_names)
+    if robot.nv == 0 or robot.is_always_regular or robot.model.mimicking_joints:
+        return
+    data = robot.model.createData()
+    pin.crba(robot.model, data, q)
+    pin.cholesky.decompose(robot.model, data)
+    check_pivots(robot.model, data)
+
+
+def _refuse_penetration(scene: Scene, touching: list[tuple[int, int, float, float]]) -> None:
+    if not touching:
+        return
+    _, entry, gap, _ = min(touching, key=lambda one: one[2])
+    if gap < -PENETRATION:
+        name = scene.entry_names("contacts")[entry]
+        raise InputError(
+            f"{name} is penetrated at the start by {-gap:.3g} (m, or rad of a stop); "
+            "move the robot out of it, or the contact's plane or limit",
+            contact=name,
+            gap=gap,
+        )

@@ -1,1 +1,0 @@
-"""Integrators, one step at a time, with dense output."""
