@@ -1,0 +1,149 @@
+"""``Simulation``: the same motion as ``simulate``, step by step."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from impulsekit import Contact, Robot, Scene, Simulation, simulate
+from impulsekit.errors import InputError, RangeError, ShapeError, SolveError
+
+
+def ball(spin=2.0, friction=0.3, **settings):
+    """A ball thrown from 1 m."""
+    robot = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    floor = Contact("ball", normal=[0, 0, 1], restitution=0.7, friction=friction, name="floor")
+    q = robot.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    v = robot.velocity(root_joint=[0.3, 0, 0, 0, spin, 0])
+    return Simulation(Scene(robot, contacts=[floor]), q, v, **settings)
+
+
+def chain():
+    """A pendulum of two links, with a torque to be set at each joint."""
+    robot = Robot.from_urdf("models/double_pendulum.urdf")
+    return Simulation(Scene(robot), robot.configuration(), robot.velocity())
+
+
+def joint_of(sim):
+    return next(iter(sim.controls))
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.0137, 0.4])
+def test_steps_add_up_to_simulate(dt):
+    sim = ball()
+    steps = int(np.ceil(1.2 / dt))
+    for _ in range(steps):
+        sim.step(dt)
+    q, v = ball().q, ball().v
+    whole = simulate(sim._followed.scene, q, v, duration=sim.t)
+    np.testing.assert_allclose(sim.q, whole.q[-1], atol=1e-12)
+    np.testing.assert_allclose(sim.v, whole.v[-1], atol=1e-12)
+    assert [t for t, _ in sim.impacts] == pytest.approx([t for t, _ in whole.impacts], abs=1e-13)
+
+
+def test_the_way_is_given_as_simulate_gives_it():
+    sim = ball().run_until(1.0)
+    way = sim.trajectory(samples=11)
+    whole = simulate(way.scene, way.q[0], way.v[0], duration=1.0, samples=11)
+    np.testing.assert_allclose(way.t, whole.t, atol=1e-15)
+    np.testing.assert_allclose(way.q, whole.q, atol=1e-12)
+    assert len(way.impacts) == len(whole.impacts) == len(sim.impacts)
+
+
+def test_impacts_come_one_by_one():
+    sim = ball(spin=0.0, friction=0.0)
+    first = sim.next_impact()
+    speed = -first.v_before[2]
+    assert sim.v[2] == pytest.approx(0.7 * speed, rel=1e-9)
+    assert sim.t == pytest.approx(speed / 9.81, rel=1e-9)
+    t = sim.t
+    second = sim.next_impact()
+    assert sim.t - t == pytest.approx(2 * 0.7 * speed / 9.81, rel=1e-9)
+    assert second.v_before[2] == pytest.approx(-0.7 * speed, rel=1e-9)
+    t = sim.t
+    assert sim.next_impact(until=t + 1e-3) is None and sim.t == t + 1e-3
+
+
+def test_a_contact_that_rests_carries_the_weight():
+    sim = ball().run_until(6.0)
+    assert sim.contacts == ("floor",)
+    weight = 9.81 * sim._followed.scene.robot.mass
+    assert sim.forces["floor"][2] == pytest.approx(weight, rel=1e-6)
+
+
+def test_torques_that_are_set_act_from_then_on():
+    sim = chain()
+    sim.step(0.2)
+    free, driven = sim.copy(), sim.copy()
+    name = joint_of(sim)
+    driven.controls[name] = 3.0
+    free.step(1e-4)
+    driven.step(1e-4)
+    robot = sim._followed.scene.robot
+    impact = np.zeros(robot.nv)
+    impact[robot.model.joints[robot.joint_id(name)].idx_v] = 3.0 * 1e-4
+    expected = np.linalg.solve(mass_matrix(robot, sim.q), impact)
+    np.testing.assert_allclose(driven.v - free.v, expected, rtol=1e-2)
+    driven.controls[name] = 0.0
+    assert driven.step(0.1).controls[name] == 0.0
+
+
+def mass_matrix(robot, q):
+    return pin.crba(robot.model, robot.model.createData(), q)
+
+
+def test_torques_set_anew_and_alike_change_nothing():
+    still, set_anew = chain(), chain()
+    name = joint_of(still)
+    still.controls[name] = 0.5
+    for _ in range(50):
+        set_anew.controls[name] = 0.5
+        set_anew.step(0.01)
+        still.step(0.01)
+    np.testing.assert_allclose(set_anew.q, still.q, atol=1e-9)
+    np.testing.assert_allclose(set_anew.v, still.v, atol=1e-9)
+
+
+def test_copies_go_on_alone_and_are_restored():
+    sim = ball().run_until(0.3)
+    kept = sim.copy()
+    sim.run_until(0.9)
+    q, v, hits = sim.q, sim.v, len(sim.impacts)
+    assert kept.t == 0.3 and len(kept.impacts) == 0
+    sim.restore(kept)
+    assert sim.t == 0.3
+    sim.run_until(0.9)
+    np.testing.assert_array_equal(sim.q, q)
+    np.testing.assert_array_equal(sim.v, v)
+    assert len(sim.impacts) == hits
+    with pytest.raises(InputError, match="another scene"):
+        sim.restore(ball())
+
+
+def test_without_record_the_way_is_forgotten():
+    sim, kept = ball(record=False), ball()
+    for _ in range(100):
+        sim.step(0.01)
+        kept.step(0.01)
+    np.testing.assert_array_equal(sim.q, kept.q)
+    with pytest.raises(InputError, match="record=False"):
+        sim.trajectory()
+
+
+def test_wrong_input_is_told():
+    sim = chain()
+    name = joint_of(sim)
+    with pytest.raises(RangeError, match="time reached"):
+        sim.step(0.1).run_until(0.05)
+    with pytest.raises(InputError, match="dt"):
+        sim.step("soon")
+    with pytest.raises(ShapeError, match="controls"):
+        sim.controls[name] = [1.0, 2.0]
+    with pytest.raises(InputError, match="nothing_such"):
+        sim.controls["nothing_such"] = 1.0
+
+
+def test_a_motion_that_cannot_go_on_says_so_and_where():
+    sim = ball(max_steps=1)
+    with pytest.raises(SolveError, match="steps"):
+        sim.run_until(5.0)
+    assert 0 <= sim.t < 5.0
