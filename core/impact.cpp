@@ -327,13 +327,15 @@ class Impact {
             if (own > 0.0)
                 s_.momentum_residual = std::max(s_.momentum_residual, std::abs(left[i]) / own);
         }
-        double off = 0.0, terms = 0.0;
+        // What is held before an impact and after moves by what the contacts' impulses alone make.
+        double off = 0.0, terms = 0.0, *struck = scratch().take(nv_);
+        if (m_ > 0) add_transposed(half_contacts_, rows_, nv_, s_.contact.impulse.data(), struck);
         for (int r = 0; r < m_; ++r) {
-            const double* row = p_.A + r * nv_;
+            const double *row = p_.A + r * nv_, *half = half_ + r * nv_;
             off = std::max(off, std::abs(asked_[r] - dot(row, s_.dv.data(), nv_)));
             terms =
                 std::max(terms, std::abs(p_.target[r]) + terms_of(row, p_.v, s_.dv.data(), nv_) +
-                                    blown(half_ + r * nv_));
+                                    blown(half) + std::abs(dot(half, struck, nv_)));
         }
         s_.constraint_residual = terms > 0.0 ? off / terms : 0.0;
         off = terms = 0.0;

@@ -62,7 +62,7 @@ class Simulation:
         ...     Scene(ball, contacts=[floor]), ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1]),
         ...     ball.velocity())
         >>> impact = sim.next_impact()
-        >>> round(sim.t, 6), round(impact.v_after[2], 6)
+        >>> round(sim.t, 6), impact.v_after[2].round(6).item()
         (0.451524, 2.214723)
         >>> sim.step(0.1).contacts
         ()

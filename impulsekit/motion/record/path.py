@@ -24,8 +24,8 @@ class Path:
         self._model = model
         size = model.nq + model.nv
         self._times = np.asarray(given["times"]).reshape(-1, 4)
-        self._before = np.asarray(given["before"]).reshape(-1, size)
-        self._shape = np.asarray(given["shape"]).reshape(-1, 7, size)
+        self._before = np.asarray(given["before"]).reshape(len(self._times), size)
+        self._shape = np.asarray(given["shape"]).reshape(len(self._times), 7, size)
         self._footing = list(given["footing"])
         self._footings = list(given["footings"])
         self._last = t, np.array(q), np.array(v)
