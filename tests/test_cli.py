@@ -151,7 +151,7 @@ def test_ctrl_c_is_said_and_has_its_own_status(monkeypatch, function, words):
 
 def test_a_motion_that_ctrl_c_has_ended_is_shown_with_that_status(monkeypatch):
     monkeypatch.setattr(
-        "impulsekit.motion.followed.begin", lambda *_: signal.raise_signal(signal.SIGINT)
+        "impulsekit.motion.followed.begin", lambda *_: signal.raise_signal(signal.SIGINT) or ()
     )
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
