@@ -15,7 +15,6 @@ from ..tolerances import NONZERO
 from .free_fall import free_joints
 from .recording_checks import turns_of
 
-
 # No step turns a body, or turns or moves a joint, by more [rad, m]: the error of the rule is then
 # below 1e-6 of a step, far below any noise.
 LONGEST_TURN = 0.1
