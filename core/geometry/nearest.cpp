@@ -219,8 +219,10 @@ Corner corner_along(const Pair& pair, const V& n) {
 }
 
 // The point of the difference of the cores nearest to −shift, up to a guess's digits
-// (Gilbert, Johnson & Keerthi 1988).
-Simplex nearest_simplex(const Pair& pair, const V& n, const V& shift) {
+// (Gilbert, Johnson & Keerthi 1988); sooner where the distance is known to be above or below one
+// that is given.
+Simplex nearest_simplex(const Pair& pair, const V& n, const V& shift,
+                        double enough = std::numeric_limits<double>::quiet_NaN()) {
     Simplex simplex;
     simplex.corners[0] = corner_along(pair, n);
     simplex.corners[0].weight = 1.0;
@@ -228,10 +230,11 @@ Simplex nearest_simplex(const Pair& pair, const V& n, const V& shift) {
     for (int k = 0; k < kMostSupports; ++k) {
         const V point = simplex.sum() + shift;
         const double away = length(point);
-        if (!(away > kResidual * pair.size)) break;
+        if (!(away > kResidual * pair.size) || away <= enough) break;
         const V way = point * (1.0 / away);
         const Corner next = corner_along(pair, way);
-        if (away - dot(next.at + shift, way) <= kGuess * away) break;
+        const double least = dot(next.at + shift, way);
+        if (away - least <= kGuess * away || least > enough) break;
         bool known = false;
         for (int i = 0; i < simplex.count; ++i) {
             const V same = simplex.corners[i].at - next.at;
@@ -389,20 +392,53 @@ Found climb(const Pair& pair, const V& start) {
     return best;
 }
 
-// Every normal of a face of either, and every one on which two edges cross.
+// Whether two numbers are on either side of zero, or one is zero but for rounding.
+bool opposite(double x, double y) {
+    return !(x > kParallel && y > kParallel) && !(x < -kParallel && y < -kParallel);
+}
+
+// The edges of a polytope: along each, and the normals of the faces to its left and right.
+struct Ridge {
+    V along, left, right;
+};
+std::vector<Ridge> ridges_of(const Core& core) {
+    std::vector<Ridge> found;
+    for (const Shape::Edge& e : core.shape.edges) {
+        const V way = core.shape.points[e.end] - core.shape.points[e.start];
+        const V left = core.shape.faces[e.left].normal;
+        const V right = e.right < 0 ? -left : core.shape.faces[e.right].normal;
+        const Mat3<double>& turn = core.at.rotation;
+        found.push_back({turn * (way * (1.0 / length(way))), turn * left, turn * right});
+    }
+    return found;
+}
+
+// Every normal of a face of either, and those on which two edges cross. Of two polytopes these are
+// the edges that make a face of the difference of both: the arcs from the left to the right normal
+// of one and, turned round, of the other cross (Gregorius 2013).
 template <typename Take>
-void for_candidates(const Pair& pair, bool edges, const Take& take) {
+void for_candidates(const Pair& pair, const Take& take) {
     for (const V& axis : pair.b.shape.face_axes) take(axis, true);
     for (const V& axis : pair.a.shape.face_axes) take(pair.a.at.rotation * axis, true);
-    if (!edges) return;
-    for (const V& e : pair.a.shape.edge_axes) {
-        const V way = pair.a.at.rotation * e;
-        for (const V& f : pair.b.shape.edge_axes) {
-            const V turn = cross(way, f);
-            const double sine = length(turn);
-            if (sine > kParallel) take(turn * (1.0 / sine), false);
+    const auto cross_edges = [&](const V& e, const V& f) {
+        const V turn = cross(e, f);
+        const double sine = length(turn);
+        if (sine > kParallel) take(turn * (1.0 / sine), false);
+    };
+    if (pair.a.shape.kind == Shape::polytope && pair.b.shape.kind == Shape::polytope) {
+        const std::vector<Ridge> others = ridges_of(pair.b);
+        for (const Ridge& e : ridges_of(pair.a)) {
+            for (const Ridge& f : others) {
+                const double left = dot(f.left, e.along), right = dot(e.right, f.along);
+                if (opposite(left, dot(f.right, e.along)) &&
+                    opposite(dot(e.left, f.along), right) && opposite(left, right))
+                    cross_edges(e.along, f.along);
+            }
         }
+        return;
     }
+    for (const V& e : pair.a.shape.edge_axes)
+        for (const V& f : pair.b.shape.edge_axes) cross_edges(pair.a.at.rotation * e, f);
 }
 
 struct Guess {
@@ -420,7 +456,7 @@ Guess best_candidate(const Pair& pair, std::vector<Guess>* guesses) {
             if (own.separation > best.separation + (of_face ? 0.0 : kAsGood)) best = own;
         }
     };
-    for_candidates(pair, true, take);
+    for_candidates(pair, take);
     return best;
 }
 
@@ -556,11 +592,24 @@ Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Place
     return found;
 }
 
-double distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
-                double enough) {
+double least_distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
+                      double enough) {
     const V away = pa.act(a.centre) - pb.act(b.centre);
     const double bound = length(away) - a.reach - b.reach;
-    if (bound > enough) return bound;
+    if (bound > enough || a.kind == Shape::half_space || b.kind == Shape::half_space) return bound;
+    const Pair pair = pair_of(a, pa, b, pb);
+    const V start = length(away) > 0.0 ? back(pb.rotation, away) : V{0, 0, 1};
+    const V point = nearest_simplex(pair, start, {}, enough + pair.around).sum();
+    const double further = length(point);
+    return further > 0.0 ? pair.separation(point * (1.0 / further)) - pair.around : bound;
+}
+
+double distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
+                double enough) {
+    if (std::isfinite(enough)) {
+        const double bound = least_distance(a, pa, b, pb, enough);
+        if (bound > enough) return bound;
+    }
     return nearest(a, pa, b, pb).gap;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 namespace impulsekit {
@@ -150,6 +151,10 @@ Shape polytope_shape(const std::vector<V>& corners, const std::vector<std::vecto
         shape.points.push_back(at.act(corner));
         sum += shape.points.back();
     }
+    std::map<std::pair<int, int>, int> face_at;
+    for (std::size_t k = 0; k < loops.size(); ++k)
+        for (std::size_t i = 0; i < loops[k].size(); ++i)
+            face_at[{loops[k][i], loops[k][(i + 1) % loops[k].size()]}] = static_cast<int>(k);
     for (const std::vector<int>& loop : loops) {
         // Newell's normal, and the mean height.
         const int n = static_cast<int>(loop.size());
@@ -164,7 +169,9 @@ Shape polytope_shape(const std::vector<V>& corners, const std::vector<std::vecto
         for (int k = 0; k < n; ++k) {
             const int i = loop[k], j = loop[(k + 1) % n];
             if (i > j) continue;
-            shape.edges.push_back({i, j});
+            const auto right = face_at.find({j, i});
+            shape.edges.push_back({i, j, static_cast<int>(shape.faces.size()) - 1,
+                                   right == face_at.end() ? -1 : right->second});
             add_axis(shape.edge_axes, unit(shape.points[j] - shape.points[i]));
         }
     }

@@ -39,7 +39,8 @@ struct Shape {
         double radius = 0.0;
     };
     struct Edge {
-        int start = 0, end = 0;  // corners
+        int start = 0, end = 0;     // corners
+        int left = -1, right = -1;  // faces
     };
 
     Kind kind = ball;
@@ -84,6 +85,10 @@ struct Nearest {
 // is their distance where they overlap or touch at one of these, and less apart.
 Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
                 bool by_faces_and_edges = false);
+// A lower bound of the gap, above `enough` wherever the gap is clearly so: by the balls around
+// both, or along the way between their nearest points.
+double least_distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
+                      double enough);
 // The same distance alone. Larger than `enough` it may be any smaller bound that is, too.
 double distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
                 double enough = std::numeric_limits<double>::infinity());

@@ -362,7 +362,7 @@ void touching(const std::vector<Shape>& first, const Placement& pa, const std::v
         for (std::size_t j = 0; j < other.size(); ++j) {
             const Shape &a = first[i], &b = other[j];
             if (a.kind == Shape::half_space && b.kind == Shape::half_space) continue;
-            if (length(pa.act(a.centre) - pb.act(b.centre)) > a.reach + b.reach + margin) continue;
+            if (least_distance(a, pa, b, pb, margin) > margin) continue;
             double gap;
             V n;
             gap_of(a, pa, b, pb, gap, n);
