@@ -59,6 +59,7 @@ from .scene import Scene as Scene
 from .scene import Spring as Spring
 from .scene import StaticKinetic as StaticKinetic
 from .scene import TorqueTable as TorqueTable
+from .scene import collisions as collisions
 from .scenefile import load_scene as load_scene
 from .scenefile import save_scene as save_scene
 from .view import plots as plots

@@ -117,6 +117,17 @@ def check_kind(value: object, kind: type, what: str) -> None:
         raise InputError(f"{what} takes {article} {kind.__name__}, not {a_thing(value)}")
 
 
+# What likely is meant by names that many expect to be there, by kind and name.
+MEANT = {
+    (kind, name): hint
+    for kind, hint in (
+        ("link or geometry", 'robot.with_ground() gives the world one, called "ground"'),
+        ("frame", 'the fixed frame is "world", and a Contact is with the plane z = 0 of it'),
+    )
+    for name in ("ground", "floor", "plane")
+}
+
+
 class UnknownNameError(InputError, KeyError):
     """A name that does not exist. Attributes: kind, name, nearest, known.
 
@@ -141,7 +152,10 @@ class UnknownNameError(InputError, KeyError):
         """The error for a ``name`` of a ``kind`` that is not ``known``."""
         names = tuple(known)
         nearest = nearest_names(name, names)
-        if nearest:
+        meant = MEANT.get((kind, str(name).rpartition("/")[2]))
+        if meant:
+            hint = meant
+        elif nearest:
             hint = "did you mean " + one_of(nearest) + "?"
         elif not names:
             hint = "there are none"

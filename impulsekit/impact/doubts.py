@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse
 from .singular import shares_of_inertia
 
 if TYPE_CHECKING:
+    from ..scene.entries import ContactEntry
     from .answer import Answer
     from .gaps import ContactGap
 
@@ -37,18 +38,20 @@ def doubts_of(impact: Answer) -> tuple[str, ...]:
     gaps: tuple[ContactGap, ...] = ()
     grounds = any(part.changes.grounds for part in scene.robot.parts)
     if scene.contacts or scene.constraints or grounds:
+        from .flat.scene import flat_of
         from .gaps import anchor_openings, contact_gaps
 
         posture = Posture(scene.robot, impact.q, impact.v_before)
-        gaps = contact_gaps(scene, posture)
-        found += _of_contacts(scene, gaps)
+        touched = sorted(set(flat_of(scene).rows(impact.q, impact.v_before).entries))
+        gaps = contact_gaps(scene, posture, touched)
+        found += _of_contacts([scene.contacts[i] for i in touched], scene, gaps)
         for opening in anchor_openings(scene, posture):
             if opening.gap > scene.gap_bound:
                 found.append(f"{opening.name} is open by {opening.gap:.3g} m")
         if scene.gap_bound < np.inf:
             found += _under_grounds(scene, posture)
     found += _long_levers(scene)
-    found += _nothing_strikes(impact, gaps)
+    found += _nothing_strikes(impact, bool(gaps))
     found += _next_to_no_inertia(impact)
     return tuple(found)
 
@@ -66,15 +69,17 @@ def _long_levers(scene: Scene) -> Iterator[str]:
                 )
 
 
-def _of_contacts(scene: Scene, gaps: tuple[ContactGap, ...]) -> Iterator[str]:
-    for entry, item in zip(scene.contacts, gaps, strict=True):
+def _of_contacts(
+    touched: Sequence[ContactEntry], scene: Scene, gaps: tuple[ContactGap, ...]
+) -> Iterator[str]:
+    for entry, item in zip(touched, gaps, strict=True):
         if item.left_out and scene.gap_bound < np.inf:
             more = "1 more point is" if item.left_out == 1 else f"{item.left_out} more points are"
             yield (
                 f"{item.name}: {more} close by and left out, beyond the margin of the Collision; "
                 "a larger one lets them touch"
             )
-        if not item.touching or abs(item.gap) <= scene.gap_bound:
+        if abs(item.gap) <= scene.gap_bound:
             continue
         size = f"{abs(item.gap):.3g} {'rad' if item.angular else 'm'}"
         if isinstance(entry, Contact):
@@ -152,7 +157,7 @@ def _next_to_no_inertia(impact: Answer) -> Iterator[str]:
         )
 
 
-def _nothing_strikes(impact: Answer, gaps: tuple[ContactGap, ...]) -> list[str]:
+def _nothing_strikes(impact: Answer, touches: bool) -> list[str]:
     """Why no velocity changes, where none does."""
     scene = impact.scene
     size = float(np.abs(impact.v_before).max(initial=0.0))
@@ -164,14 +169,17 @@ def _nothing_strikes(impact: Answer, gaps: tuple[ContactGap, ...]) -> list[str]:
         return []
     if size == 0.0:
         return ["nothing strikes: no impulse acts and the robot is at rest"]
-    if gaps and not any(item.touching for item in gaps):
+    if scene.contacts and not touches:
+        from .gaps import contact_gaps
+
+        gaps = contact_gaps(scene, Posture(scene.robot, impact.q, impact.v_before))
         nearest = min(gaps, key=lambda item: item.gap)
         unit = "rad" if nearest.angular else "m"
         return [
             f"nothing strikes: no contact touches; the nearest, {nearest.name}, is "
             f"{nearest.gap:.3g} {unit} away"
         ]
-    if gaps and not scene.constraints:
+    if touches and not scene.constraints:
         return ["nothing strikes: no contact that touches is approached"]
     return ["nothing strikes: no velocity changes"]
 

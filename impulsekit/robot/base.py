@@ -15,6 +15,7 @@ from .source import RobotPart
 if TYPE_CHECKING:
     from .links import Link
     from .masses import Massless
+    from .srdf import Srdf
 
 WORLD = "world"
 # What scenes call a moving link that its file calls "world", which is the fixed frame here.
@@ -59,6 +60,27 @@ class RobotBase(Displayed):
 
         return links_of(self.model, self.parts)
 
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """The names of ``links``, in the order of the model's frames."""
+        return tuple(link.name for link in self.links)
+
+    @cached_property
+    def srdfs(self) -> tuple[tuple[str, Srdf], ...]:
+        """What the SRDF of each part that has one says, behind the part's prefix."""
+        from .srdf import read_srdf
+
+        return tuple((part.prefix, read_srdf(part.srdf)) for part in self.parts if part.srdf)
+
+    @property
+    def disabled_pairs(self) -> frozenset[frozenset[str]]:
+        """The pairs of links whose collisions the robot's SRDF disables."""
+        return frozenset(
+            frozenset(prefix + name for name in pair)
+            for prefix, srdf in self.srdfs
+            for pair in srdf.disabled
+        )
+
     @cached_property
     def mass(self) -> float:
         """The mass of all that moves [kg]."""
@@ -67,6 +89,11 @@ class RobotBase(Displayed):
     @cached_property
     def kept_hulls(self) -> dict[int, Any]:
         """By index in ``collision_model``, corners and hulls of the meshes asked for so far."""
+        return {}
+
+    @cached_property
+    def kept_ids(self) -> dict[str, tuple[tuple[int, ...], int]]:
+        """By link or piece of geometry, what ``geometry_ids`` found of it."""
         return {}
 
     @cached_property

@@ -110,6 +110,19 @@ def example_path(name: str) -> pathlib.Path:
         raise UnknownNameError.among("example robot", str(name), example_names()) from None
 
 
+def example_srdf(name: str) -> str | None:
+    """The SRDF that goes with a robot, or None: that whose name begins the URDF's.
+
+    Example:
+        >>> str(example_srdf("talos")).endswith("talos.srdf")
+        True
+    """
+    path = example_path(name)
+    package = data_folder() / "robots" / path.relative_to(data_folder() / "robots").parts[0]
+    files = [f for f in (package / "srdf").glob("*.srdf") if path.stem.startswith(f.stem)]
+    return str(max(files, key=lambda file: len(file.stem))) if files else None
+
+
 def example_urdf(name: str) -> str | None:
     """The text of a robot that is part of a file, or None where the file itself is the robot."""
     if name not in _CUT_AT:

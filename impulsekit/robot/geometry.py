@@ -283,6 +283,13 @@ def geometry_ids(robot: RobotBase, name: str, where: str = "") -> tuple[tuple[in
         UnknownNameError: neither a link nor a geometry object.
         InputError: a link without collision geometry, or a mesh without a volume.
     """
+    found = robot.kept_ids.get(name) if isinstance(name, str) else None
+    if found is None:
+        found = robot.kept_ids[name] = _find_ids(robot, name, where)
+    return found
+
+
+def _find_ids(robot: RobotBase, name: str, where: str) -> tuple[tuple[int, ...], int]:
     objects = robot.collision_model.geometryObjects
     for index, item in enumerate(objects):
         if item.name == name:

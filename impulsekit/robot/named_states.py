@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from ..errors import warn_of_setup
+from .arrays import read_only
 from .base import RobotBase
 
 if TYPE_CHECKING:
@@ -23,6 +25,36 @@ class RobotStates(RobotBase):
     def neutral(self) -> np.ndarray:
         """(nq,) Pinocchio's neutral configuration."""
         return pin.neutral(self.model)
+
+    @cached_property
+    def poses(self) -> Mapping[str, np.ndarray]:
+        """The named poses of the robot's SRDF: (nq,) each, read-only, neutral elsewhere.
+
+        Of a combined robot they are called "arm/home", with the other parts neutral.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> talos = Robot.from_example("talos", root="freeflyer")
+            >>> talos.poses["half_sitting"][2]
+            np.float64(1.01927)
+        """
+        from . import state
+
+        found = {}
+        for prefix, srdf in self.srdfs:
+            for name, values in srdf.poses.items():
+                joints = {
+                    prefix + joint: value
+                    for joint, value in values.items()
+                    if self._takes(prefix + joint, len(value))
+                }
+                found[prefix + name] = read_only(state.configuration(self.model, joints))
+        return found
+
+    def _takes(self, joint: str, count: int) -> bool:
+        """Whether the robot has such a joint: a pose may set one of another root."""
+        joint_id = self._joint_ids.get(joint)
+        return joint_id is not None and count in (1, self.model.nqs[joint_id])
 
     def configuration(
         self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike

@@ -98,6 +98,7 @@ class RobotReaders(RobotBase):
         *,
         mimic: bool = False,
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+        srdf: str | os.PathLike[str] | None = None,
     ) -> Self:
         """A robot from a URDF file or from URDF text (anything that starts with "<").
 
@@ -112,6 +113,8 @@ class RobotReaders(RobotBase):
                 meshes, needed only when geometry is. Meshes are read from these, the URDF's
                 own folder, the folder of the package that it is in (one with a package.xml)
                 and ROS_PACKAGE_PATH, and from nowhere else.
+            srdf: the SRDF file that goes with it: its named poses are ``poses``, and
+                ``collisions`` leaves out the pairs that it disables.
 
         Rotor inertia and gear ratio in a <transmission> become the armature of its joint.
         Files as exporters write them are taken where their meaning is clear: an
@@ -143,6 +146,7 @@ class RobotReaders(RobotBase):
             mimic,
             package_dirs=tuple(map(os.path.abspath, _folders(package_dirs))),
             assumptions=tuple(assumptions),
+            srdf=None if srdf is None else os.path.abspath(srdf),
         )
         warn_of_assumptions(part.label, assumptions)
         arguments = (urdf.plain,) if joint is None else (urdf.plain, joint, own_root)
@@ -163,12 +167,13 @@ class RobotReaders(RobotBase):
     ) -> Self:
         """A robot of the package example-robot-data, by its loader's name or its file's stem.
 
-        No geometry is read. ``impulsekit robots`` lists the names.
+        No geometry is read. ``impulsekit robots`` lists the names. The package's SRDF goes with
+        the robot where it has one.
 
         Raises:
             UnknownNameError: it carries the nearest names.
         """
-        from .examples import example_path, example_urdf
+        from .examples import example_path, example_srdf, example_urdf
 
         path = example_path(name)
         text = example_urdf(name)
@@ -178,6 +183,7 @@ class RobotReaders(RobotBase):
             root,
             mimic=mimic,
             package_dirs=(folder.parent, folder / "robots"),
+            srdf=example_srdf(name),
         )
 
     @classmethod

@@ -122,6 +122,7 @@ class RobotPart:
         changes: what was added to the part after it was read.
         geometry: URDF text that counts for its geometry alone, since masses are other ones.
         source: the file or kind of text that was written anew as ``urdf``, for messages.
+        srdf: the SRDF that goes with it, or None.
     """
 
     urdf: str | None
@@ -138,6 +139,7 @@ class RobotPart:
     changes: Changes = NONE
     geometry: str | None = None
     source: str | None = None
+    srdf: str | None = None
 
     @property
     def label(self) -> str:

@@ -28,6 +28,7 @@ from .gap_functions import GapContact as GapContact
 from .impulses import AppliedImpulse as AppliedImpulse
 from .impulses import JointImpulse as JointImpulse
 from .law import Law as Law
+from .link_pairs import collisions as collisions
 from .materials import Material as Material
 from .materials import MaterialPair as MaterialPair
 from .motion import MotionSettings as MotionSettings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 from ..errors import InputError, RangeError, quoted
 from ..robot import Robot
@@ -43,6 +43,7 @@ class SceneEntries(TypedDict, total=False):
     gap_bound: float
     controlled: Sequence[str]
     materials: Sequence[Material | MaterialPair]
+    collisions: Literal["all"] | None
 
 
 class FromFile(SceneEntries, total=False):

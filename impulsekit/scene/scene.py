@@ -7,12 +7,12 @@ import threading
 import weakref
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 from ..display import Displayed, one_line
-from ..errors import InputError, a_thing
+from ..errors import InputError, RangeError, a_thing, quoted
 from ..robot import Robot
 from .law import Law
 from .numbers import Vector, keep, not_negative, text, vector
@@ -20,6 +20,7 @@ from .numbers import Vector, keep, not_negative, text, vector
 if TYPE_CHECKING:
     from typing import Unpack
 
+    from .contacts import Collision
     from .entries import Constraint, ContactEntry
     from .forces import Force
     from .from_robot_file import FromFile
@@ -57,6 +58,9 @@ class Scene(Displayed):
             (``MaterialPair``), for contacts with ``restitution="material"`` or
             ``friction="material"``, which get the coefficients of their pair here;
             ``dataclasses.replace(scene, materials=...)`` gives them those of another table.
+        collisions: "all" adds ``collisions(robot)`` to the contacts: every pair of links that may
+            meet, without restitution and friction. For coefficients give
+            ``contacts=collisions(robot, friction=...)``.
 
     Raises:
         UnknownNameError: a frame or joint that the robot does not have.
@@ -84,14 +88,17 @@ class Scene(Displayed):
     gap_bound: float = 1e-3
     controlled: Sequence[str] = ()
     materials: Sequence[Material | MaterialPair] = ()
+    collisions: InitVar[Literal["all"] | None] = field(default=None, kw_only=True)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, collisions: Literal["all"] | None) -> None:
         if not isinstance(self.robot, Robot):
             raise InputError(f"Scene: robot is {a_thing(self.robot)}, not a Robot")
         set_field = object.__setattr__
         set_field(self, "impulses", _entries(self.impulses, "impulses"))
         set_field(self, "constraints", _entries(self.constraints, "constraints"))
         set_field(self, "contacts", _entries(self.contacts, "contacts"))
+        if collisions is not None:
+            set_field(self, "contacts", (*self.contacts, *_all_collisions(self.robot, collisions)))
         set_field(self, "forces", _entries(self.forces, "forces"))
         set_field(self, "controlled", _names(self.controlled, "controlled"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
@@ -280,6 +287,14 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
         return tuple(value)
     except TypeError:
         raise InputError(f"Scene: {what} must be a list, got {a_thing(value)}") from None
+
+
+def _all_collisions(robot: Robot, which: str) -> list[Collision]:
+    if which != "all":
+        raise RangeError.of("Scene: collisions", quoted(which), '"all"')
+    from .link_pairs import collisions
+
+    return collisions(robot)
 
 
 def _names(value: Any, what: str) -> tuple[str, ...]:

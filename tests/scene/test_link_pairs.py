@@ -1,0 +1,156 @@
+"""Collisions of many pairs of links at once."""
+
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import impulsekit as ik
+
+MOMENTS = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+INERTIAL = f'<inertial><mass value="1"/><inertia {MOMENTS}/></inertial>'
+GROUND = ik.Robot.from_urdf("models/box.urdf", root="freeflyer").with_ground()
+
+
+def tree(count, near=0):
+    """A trunk with boxes in a row on hinges, ``near`` of them longer."""
+    links, joints = [f'<link name="trunk">{INERTIAL}</link>'], []
+    for i in range(count):
+        x = 0.4 if i < near else 0.1
+        links.append(
+            f'<link name="box_{i}">{INERTIAL}<collision><origin xyz="{x / 2} 0 0"/><geometry>'
+            f'<box size="{x} 0.05 0.05"/></geometry></collision></link>'
+        )
+        joints.append(
+            f'<joint name="hinge_{i}" type="continuous"><parent link="trunk"/><child '
+            f'link="box_{i}"/><origin xyz="0 0 {0.1 * i}"/><axis xyz="0 1 0"/></joint>'
+        )
+    return ik.Robot.from_urdf(f"<robot name='t'>{''.join(links + joints)}</robot>", "freeflyer")
+
+
+def arm_with_weld():
+    """base - arm - tip (welded) - bare hand; the base is welded to the world."""
+    box = '<collision><geometry><box size=".1 .1 .1"/></geometry></collision>'
+    links = "".join(
+        f'<link name="{name}">{INERTIAL}{"" if name == "hand" else box}</link>'
+        for name in ("base", "upper", "lower", "tip", "hand")
+    )
+    joint = '<joint name="{1}_joint" type="{2}"><parent link="{0}"/><child link="{1}"/></joint>'
+    joints = "".join(
+        joint.format(*names)
+        for names in (
+            ("base", "upper", "continuous"),
+            ("upper", "lower", "continuous"),
+            ("lower", "tip", "fixed"),
+            ("tip", "hand", "continuous"),
+        )
+    )
+    return f'<robot name="arm">{links}{joints}</robot>'
+
+
+def named(pairs):
+    return {frozenset((pair.first, pair.other)) for pair in pairs}
+
+
+def pairs_of(*pairs):
+    return {frozenset(pair.split()) for pair in pairs}
+
+
+def quiet(function, *args, **kwargs):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return function(*args, **kwargs)
+
+
+def test_two_arms_collide_in_one_scene():
+    arm = ik.Robot.from_example("ur5")
+    robot = ik.combine(left=arm, right=arm, placements={"right": [0.9, 0, 0]})
+    scene = ik.Scene(robot, contacts=ik.collisions(robot, "left/*", "right/*", friction=0.3))
+    lifts = {"left/shoulder_lift_joint": -0.4, "right/shoulder_lift_joint": -1.57}
+    q = robot.configuration({"left/shoulder_pan_joint": -0.11, **lifts})
+    impact = ik.solve(scene, q, robot.velocity({"left/shoulder_pan_joint": -1.0}))
+    assert impact.is_valid() and impact.doubts == ()
+    struck = [contact.name for contact in impact.contacts if contact.impulse.any()]
+    assert struck == ["left/wrist_3_link with right/upper_arm_link"]
+    assert np.abs(impact.dv[6:]).max() > 1e-3
+    assert ik.check(impact).agrees
+
+
+def test_neighbours_and_one_rigid_body_are_left_out(tmp_path):
+    robot = ik.Robot.from_urdf(arm_with_weld())
+    with pytest.warns(ik.errors.SetupWarning, match='without collision geometry.*: "hand"'):
+        found = ik.collisions(robot)
+    assert named(found) == pairs_of("base lower", "base tip")
+    srdf = tmp_path / "arm.srdf"
+    srdf.write_text('<robot name="arm"><disable_collisions link1="tip" link2="base"/></robot>')
+    robot = ik.Robot.from_urdf(arm_with_weld(), srdf=srdf)
+    assert named(quiet(ik.collisions, robot)) == pairs_of("base lower")
+    both = ik.combine(a=robot, b=robot, placements={"b": [1, 0, 0]})
+    found = named(quiet(ik.collisions, both))
+    assert frozenset(("a/tip", "b/base")) in found and len(found) == 2 * 1 + 4 * 4 - 1
+
+
+def test_a_ground_meets_all_that_moves():
+    robot = ik.Robot.from_urdf(arm_with_weld(), "freeflyer").with_ground()
+    found = quiet(ik.collisions, robot, "*", "ground")
+    assert [(pair.first, pair.other) for pair in found] == [
+        (name, "ground") for name in ("base", "upper", "lower", "tip")
+    ]
+    scene = quiet(ik.Scene, robot, contacts=(), collisions="all")
+    assert named(scene.contacts) == named(quiet(ik.collisions, robot)) >= named(found)
+    assert quiet(ik.Scene, robot).contacts == ()
+
+
+def test_talos_comes_down_on_its_feet_alone():
+    talos = ik.Robot.from_example("talos", root="freeflyer").with_ground()
+    scene = quiet(ik.Scene, talos, collisions="all")
+    v = talos.velocity(root_joint=[0, 0, -1, 0, 0, 0])
+    impact = ik.solve(scene, talos.poses["half_sitting"], v)
+    assert len(scene.contacts) > 900
+    struck = {contact.name for contact in impact.contacts if contact.impulse.any()}
+    assert struck == {"leg_left_6_link with ground", "leg_right_6_link with ground"}
+
+
+def test_a_thousand_pairs_cost_little_more_than_the_ten_that_are_near():
+    robot = ik.combine(a=tree(32, near=10), b=tree(32), placements={"b": [0.4, 0, 0]})
+    pairs = quiet(ik.collisions, robot, "a/*", "b/*", friction=0.3)
+    near = [pair for pair in pairs if pair.first[-2:] == pair.other[-2:] and pair.first[-2] == "_"]
+    assert len(pairs) == 1024 and len(near) == 10
+    q, v = robot.neutral(), robot.velocity({"a/root_joint": [1, 0, 0, 0, 0, 0]})
+    times, answers = [], []
+    for contacts in (pairs, near):
+        scene = ik.Scene(robot, contacts=contacts)
+        impact = quiet(ik.solve, scene, q, v)
+        answers.append(impact.v_after)
+        taken = []
+        for _ in range(5):
+            start = time.perf_counter()
+            ik.solve(scene, q, v)
+            taken.append(time.perf_counter() - start)
+        times.append(min(taken))
+    assert np.allclose(*answers, rtol=1e-10, atol=1e-12) and answers[0][0] < 1.0
+    assert times[0] < 3.0 * times[1]
+
+
+def test_what_is_wrong_is_said():
+    with pytest.raises(ik.errors.UnknownNameError, match=r"robot\.with_ground\(\)"):
+        ik.collisions(ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"), "*", "ground")
+    with pytest.raises(ik.errors.UnknownNameError, match='unknown link or geometry "boks"'):
+        ik.collisions(GROUND, "boks")
+    with pytest.raises(ik.errors.InputError, match="no pair is left"):
+        ik.collisions(ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"))
+    with pytest.raises(ik.errors.InputError, match='"hand" names links without collision geometry'):
+        ik.collisions(ik.Robot.from_urdf(arm_with_weld()), "hand")
+    with pytest.raises(ik.errors.RangeError, match='must be "all"'):
+        ik.Scene(GROUND, collisions="none")
+
+
+@pytest.mark.parametrize("entry", ["Collision", "collisions"])
+def test_a_missing_ground_names_with_ground(entry):
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    with pytest.raises(ik.errors.UnknownNameError, match=r"robot\.with_ground\(\)"):
+        if entry == "Collision":
+            ik.Scene(ball, contacts=[ik.Collision("ball", "ground")])
+        else:
+            ik.collisions(ball, "ball", "ground")
