@@ -14,7 +14,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
 import impulsekit as ik
-from impulsekit.errors import MissingExtraError, RangeError, ShapeError
+from impulsekit.errors import MissingExtraError, RangeError, ShapeError, UnknownNameError
 from impulsekit.view import plots
 
 from .sheets import faults_of
@@ -40,7 +40,7 @@ def ax():
 
 @pytest.mark.parametrize(
     "draw",
-    [plots.velocity_jump, plots.contact_cones, plots.joint_reactions, plots.energy_books],
+    [plots.velocity_jump, plots.contact_cones, plots.joint_reactions, plots.energy_balance],
 )
 def test_axes_are_taken_and_returned(draw, ax):
     impact = solved("rocking_block")
@@ -94,7 +94,7 @@ def test_reactions_in_order_and_rounding_is_nothing(ax):
 
 def test_the_books_of_energy_lead_from_before_to_after(ax):
     impact = solved("rocking_block")
-    plots.energy_books(impact, ax)
+    plots.energy_balance(impact, ax)
     first, *works, last = ax.patches
     assert first.get_width() == pytest.approx(impact.energy.before)
     assert last.get_width() == pytest.approx(impact.energy.after)
@@ -137,7 +137,63 @@ def test_histories_of_a_motion():
     assert ax.get_ylabel() == "linear momentum [kg m/s]"
     with pytest.raises(RangeError):
         plots.momentum_history(motion, part="both")
+    # Of a struck chain in the plane all but the angular momentum about its own normal is there.
     assert len(plots.overview(motion).axes) == 3
+
+
+@pytest.fixture(scope="module")
+def bounced():
+    """A ball that bounces twice and comes to rest on a floor, dropped beside its foot."""
+    ball = ik.Robot.from_urdf(EXAMPLES.parent / "models/ball.urdf", root="freeflyer")
+    scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5, name="floor")])
+    drop = ball.configuration(root_joint=[0, 0, 0.2, 0, 0, 0, 1])
+    return ik.simulate(scene, drop, ball.velocity(), duration=1.0)
+
+
+def test_jumps_are_vertical(bounced):
+    (time, impact), *_ = bounced.impacts
+    ax = plots.energy_history(bounced)
+    total = next(line for line in ax.lines if line.get_label() == "total")
+    at = total.get_xdata() == time
+    values = total.get_ydata()[at]
+    assert len(values) >= 2
+    assert values[0] - values[-1] == pytest.approx(impact.energy.before - impact.energy.after)
+    # Between two impacts the total is level, up to both of them.
+    level = total.get_ydata()[(total.get_xdata() <= time)][: np.flatnonzero(at)[0] + 1]
+    assert np.ptp(level) < 1e-9 * level[0]
+    lift = next(line for line in plots.momentum_history(bounced).lines if line.get_label() == "z")
+    jump = np.diff(lift.get_ydata()[lift.get_xdata() == time])
+    assert jump.max() == pytest.approx(impact.contacts["floor"].impulse[2])
+
+
+def test_panels_without_a_number_are_left_out(bounced):
+    labels = [ax.get_ylabel() for ax in plots.overview(bounced).axes]
+    assert labels == ["energy [J]", "linear momentum [kg m/s]"]
+    ball = bounced.scene.robot
+    up = ik.solve(bounced.scene, ball.neutral(), ball.velocity(root_joint=[0, 0, 1, 0, 0, 0]))
+    titles = [ax.get_title(loc="left") for ax in plots.overview(up).axes]
+    assert not any("joints" in title for title in titles)
+    still = ik.solve(bounced.scene, ball.neutral(), ball.velocity())
+    assert not any("Energy" in ax.get_title(loc="left") for ax in plots.overview(still).axes)
+
+
+def test_loads_over_time_in_one_call(bounced, tmp_path):
+    figure = plots.load_history(bounced, tmp_path / "loads.png", samples=40)
+    (ax,) = figure.axes
+    assert ax.get_ylabel() == "contact force [N]"
+    curve = next(line for line in ax.lines if line.get_label() == "floor")
+    weight = 9.81 * bounced.scene.robot.mass
+    assert curve.get_ydata()[0] == 0.0
+    assert curve.get_ydata()[-1] == pytest.approx(weight)
+    assert faults_of(figure) == []
+    rod = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
+    swing = ik.simulate(ik.Scene(rod), [0.3, 0.0], [0.0, 0.0], 0.2)
+    axes = plots.load_history(swing, joints=["joint_2"], samples=9).axes
+    assert axes[0].get_ylabel() == "force in joints [N]"
+    wanted = np.linalg.norm(swing.joints["joint_2"].reaction(0.2)[:3])
+    assert axes[0].lines[0].get_ydata()[-1] == pytest.approx(wanted)
+    with pytest.raises(UnknownNameError):
+        plots.load_history(swing, joints=["joint_3"])
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
@@ -184,7 +240,7 @@ def test_no_word_leaves_the_sheet_or_lies_over_another(name, dark):
             plots.velocity_jump,
             plots.contact_cones,
             plots.joint_reactions,
-            plots.energy_books,
+            plots.energy_balance,
             lambda impact: plots.stroboscope(impact, [0.0], ends=("A", "B")),
         ):
             assert faults_of(draw(impact).figure) == []

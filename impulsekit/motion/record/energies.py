@@ -51,13 +51,17 @@ class MomentumHistory(OneLine):
     angular: np.ndarray
 
 
-def energies_of(motion: SampledMotion) -> EnergyHistory:
-    """See ``Trajectory.energy``."""
+States = tuple[np.ndarray, np.ndarray]
+
+
+def energies_of(motion: SampledMotion, states: States | None = None) -> EnergyHistory:
+    """See ``Trajectory.energy``; of (T, nq) and (T, nv) ``states`` where they are given."""
+    configurations, velocities = (motion.q, motion.v) if states is None else states
     model = _with_gravity(motion)
     data = model.createData()
     core = motion.loads.core if motion.scene.forces else None
-    rows, crba = np.empty((len(motion.t), 3)), crba_of(model)
-    for row, q, v in zip(rows, motion.q, motion.v, strict=True):
+    rows, crba = np.empty((len(configurations), 3)), crba_of(model)
+    for row, q, v in zip(rows, configurations, velocities, strict=True):
         # By M itself: Pinocchio's own function takes no mimic joints.
         mass_matrix = np.array(crba(model, data, q)).reshape(model.nv, model.nv)
         row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
@@ -71,11 +75,12 @@ def energies_of(motion: SampledMotion) -> EnergyHistory:
     return EnergyHistory(kinetic, gravity, springs)
 
 
-def momenta_of(motion: SampledMotion) -> MomentumHistory:
-    """See ``Trajectory.momentum``."""
+def momenta_of(motion: SampledMotion, states: States | None = None) -> MomentumHistory:
+    """See ``Trajectory.momentum``; of (T, nq) and (T, nv) ``states`` where they are given."""
+    configurations, velocities = (motion.q, motion.v) if states is None else states
     model = _with_gravity(motion)
     data = model.createData()
-    own = [momentum_at(model, data, q, v) for q, v in zip(motion.q, motion.v, strict=True)]
+    own = [momentum_at(model, data, q, v) for q, v in zip(configurations, velocities, strict=True)]
     linear, angular = np.array(own).reshape(-1, 2, 3).swapaxes(0, 1).copy()
     return MomentumHistory(read_only(linear), read_only(angular))
 

@@ -1,7 +1,8 @@
 from .impacts import contact_cones as contact_cones
-from .impacts import energy_books as energy_books
+from .impacts import energy_balance as energy_balance
 from .impacts import joint_reactions as joint_reactions
 from .impacts import velocity_jump as velocity_jump
+from .loads import load_history as load_history
 from .motions import energy_history as energy_history
 from .motions import momentum_history as momentum_history
 from .motions import stroboscope as stroboscope

@@ -17,9 +17,6 @@ QUIET = "#8a96a1"
 BEFORE = "#8a96a1"
 AFTER = "#1a6bbf"
 BLOW = "#c8412b"
-# The same on a dark sheet, such as that of matplotlib's "dark_background".
-LIGHT_INK = "#e8edf2"
-LIGHT_QUIET = "#98a4af"
 # Colours for things without an order of their own.
 CYCLE = ("#1a6bbf", "#c8412b", "#2a9457", "#8a56a8", "#d9821a", "#4d8f9c", "#7a6a58")
 
@@ -81,18 +78,11 @@ def save_figure(figure: Any, path: str | os.PathLike[str], **options: Any) -> No
     write_file(path, drawn.getvalue())
 
 
-def is_dark(ax: Axes) -> bool:
-    """Return whether light words are read better on these axes."""
-    from matplotlib.colors import to_rgb
+def ink() -> str:
+    """The colour of words and lines in the style that is set, light on a dark sheet."""
+    import matplotlib
 
-    red, green, blue = to_rgb(ax.get_facecolor())
-    luma = 0.3 * red + 0.59 * green + 0.11 * blue
-    return luma < 0.5
-
-
-def ink_of(ax: Axes) -> str:
-    """The colour of lines and words on these axes."""
-    return LIGHT_INK if is_dark(ax) else INK
+    return str(matplotlib.rcParams["text.color"])
 
 
 def on_sheet(ax: Axes, words: list[tuple[float, float, str]]) -> None:
@@ -125,7 +115,7 @@ def on_sheet(ax: Axes, words: list[tuple[float, float, str]]) -> None:
                 ha={1: "left", 0: "center", -1: "right"}[right],
                 va="center",
                 fontsize=8,
-                color=ink_of(ax),
+                color=ink(),
             )
             box = note.get_window_extent(renderer)
             # An annotation is no part of the layout, which would make room for it.
@@ -155,26 +145,12 @@ def _boxes(ax: Axes, renderer: Any) -> list[Any]:
 
 
 def tidy(ax: Axes) -> Axes:
-    """Take away what carries no number; words and lines in a colour that the sheet shows."""
-    if is_dark(ax):
-        _lighten(ax)
+    """Take away what carries no number."""
     ax.set_title(ax.get_title(loc="left"), loc="left", fontsize=10)
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color=QUIET, alpha=0.2, linewidth=0.7)
     ax.set_axisbelow(True)
     return ax
-
-
-def _lighten(ax: Axes) -> None:
-    """Lines and words in ink become light ones; colours with a meaning stay."""
-    from matplotlib.colors import same_color
-
-    swaps = ((INK, LIGHT_INK), (QUIET, LIGHT_QUIET))
-    artists: list[Any] = [*ax.lines, *ax.texts]
-    for artist in artists:
-        for old, new in swaps:
-            if same_color(artist.get_color(), old):
-                artist.set_color(new)
 
 
 def plain(text: str) -> str:

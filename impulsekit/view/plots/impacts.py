@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import RangeError, check_kind
 from ...scene.coefficients import static_friction
 from ..forms import speeds_of
-from .canvas import AFTER, BEFORE, BLOW, CYCLE, QUIET, axes_or_new, ink_of, on_sheet, plain, tidy
+from .canvas import AFTER, BEFORE, BLOW, CYCLE, QUIET, axes_or_new, ink, on_sheet, plain, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,12 +122,9 @@ def joint_reactions(
     """
     if part not in PARTS:
         raise RangeError.of("joint_reactions: part", repr(part), '"force" or "couple"')
-    where, unit, title = PARTS[part]
+    _, unit, title = PARTS[part]
     names = impact.scene.robot.joint_names
-    sizes = np.array([np.linalg.norm(impact.reactions[name][where]) for name in names])
-    # Beside the largest reaction of either part this is rounding.
-    scale = max((float(np.abs(impact.reactions[name]).max()) for name in names), default=0.0)
-    sizes[sizes < FAINT_BAR * scale] = 0.0
+    sizes = reaction_sizes(impact, part)
     chosen = np.sort(np.argsort(-sizes, kind="stable")[: max(rows, 1)])
     ax = axes_or_new(ax, 1.2 + 0.28 * len(chosen))
     y = np.arange(len(chosen))
@@ -140,6 +137,16 @@ def joint_reactions(
     return tidy(ax)
 
 
+def reaction_sizes(impact: Impact, part: str) -> np.ndarray:
+    """(joints,) the sizes of one part of the reactions, zero where they are rounding."""
+    where = PARTS[part][0]
+    wrenches = np.array([impact.reactions[name] for name in impact.scene.robot.joint_names])
+    wrenches = wrenches.reshape(-1, 6)
+    sizes = np.linalg.norm(wrenches[:, where], axis=1)
+    sizes[sizes < FAINT_BAR * np.abs(wrenches).max(initial=0.0)] = 0.0
+    return sizes
+
+
 MARKERS = {"sticking": "o", "sliding": "s", "separated": "x"}
 # More names than these would hide the points.
 MOST_NAMES = 12
@@ -149,7 +156,8 @@ def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
     """The impulse of every contact point, tangential against normal, in its cone [N s].
 
     A point on the edge of the shaded wedge slides, one within it sticks. It is drawn to the
-    right where friction points along the axis in which it is largest, else to the left.
+    right where friction points towards +x (or +y, +z, where it is largest along that axis),
+    else to the left; both impulses are those that the first body receives.
 
     Args:
         impact: the impact.
@@ -190,13 +198,13 @@ def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
         tangential = float(np.copysign(np.linalg.norm(across), lead))
         label = point.mode if point.mode not in used else None
         used.add(point.mode)
-        ax.plot(tangential, normal, MARKERS[point.mode], color=ink_of(ax), label=label, zorder=3)
+        ax.plot(tangential, normal, MARKERS[point.mode], color=ink(), label=label, zorder=3)
         # Points that fall on one another share a label.
         place = (round(tangential / top, 3) * top, round(normal / top, 3) * top)
         names.setdefault(place, []).append(name)
     if not found:
         ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", color=BEFORE)
-    ax.set_xlabel("tangential impulse [N s]")
+    ax.set_xlabel("tangential impulse [N s]\n(right: towards +x, +y or +z)")
     ax.set_ylabel("normal impulse [N s]")
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     ax.set_title("Contact impulses in their cones", loc="left")
@@ -216,8 +224,10 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
 
 
-def energy_books(impact: Impact, ax: Axes | None = None) -> Axes:
-    """The books of energy as steps from the kinetic energy before to that after [J].
+def energy_balance(impact: Impact, ax: Axes | None = None) -> Axes:
+    """Draw the energy balance as steps from the kinetic energy before to that after [J].
+
+    Green work is given to the bodies, red work taken from them.
 
     Args:
         impact: the impact.
@@ -230,7 +240,7 @@ def energy_books(impact: Impact, ax: Axes | None = None) -> Axes:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
         >>> robot = Robot.from_example("panda")
         >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1], name="blow")])
-        >>> ax = energy_books(solve(scene, robot.neutral(), robot.velocity()))
+        >>> ax = energy_balance(solve(scene, robot.neutral(), robot.velocity()))
         >>> [label.get_text() for label in ax.get_yticklabels()]
         ['before', 'work of blow', 'after']
     """
@@ -253,12 +263,12 @@ def energy_books(impact: Impact, ax: Axes | None = None) -> Axes:
             textcoords="offset points",
             va="center",
             fontsize=8,
-            color=ink_of(ax),
+            color=ink(),
         )
     ax.set_yticks(y, ["before", *(plain(f"work of {name}") for name in energy.work), "after"])
     ax.invert_yaxis()
     ax.margins(x=0.18)
     ax.set_xlim(left=min(0.0, ax.get_xlim()[0]) if min(levels) < 0.0 else 0.0)
     ax.set_xlabel("kinetic energy [J]")
-    ax.set_title("Energy by entry", loc="left")
+    ax.set_title("Energy balance: work on the bodies is positive", loc="left")
     return tidy(ax)

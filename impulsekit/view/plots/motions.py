@@ -9,18 +9,22 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import RangeError, check_kind
+from ...motion.record.energies import energies_of, momenta_of
 from ...tolerances import NONZERO
 from ..motions import Shown, shown_motion
-from .canvas import BLOW, CYCLE, axes_or_new, ink_of, on_sheet, tidy
+from .canvas import BLOW, CYCLE, axes_or_new, ink, on_sheet, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ...motion.record.energies import States
     from ...robot import Robot
 
 # More lines at impacts than these would hide the curves.
 MOST_IMPACTS = 60
 CLOSEST = 1e-3
+# What stays below this share of the largest is rounding.
+FAINT = 1e-9
 
 
 def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
@@ -41,18 +45,19 @@ def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
         >>> energy_history(motion).get_ylabel()
         'energy [J]'
     """
-    _check_motion(motion, "energy_history")
+    check_motion(motion, "energy_history")
     ax = axes_or_new(ax)
-    energy = motion.energy()
+    times, states = _with_jumps(motion)
+    energy = energies_of(motion, states)
     for i, name in enumerate(("kinetic", "gravity", "springs")):
-        values = getattr(energy, name, None)
-        if values is not None and np.any(values):
-            ax.plot(motion.t, values, color=CYCLE[i], linewidth=1.2, label=name)
-    ax.plot(motion.t, energy.total, color=ink_of(ax), linewidth=1.8, label="total")
+        values = getattr(energy, name)
+        if np.any(values):
+            ax.plot(times, values, color=CYCLE[i], linewidth=1.2, label=name)
+    ax.plot(times, energy.total, color=ink(), linewidth=1.8, label="total")
     ax.set_ylabel("energy [J]")
     ax.set_title("Energy", loc="left")
     _no_closer_than(ax, float(np.abs(energy.total).max()))
-    return _over_time(ax, motion)
+    return over_time(ax, motion)
 
 
 def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear") -> Axes:
@@ -76,22 +81,36 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
         >>> ax.get_ylabel()
         'angular momentum [kg m²/s]'
     """
-    _check_motion(motion, "momentum_history")
+    check_motion(motion, "momentum_history")
     units = {"linear": "kg m/s", "angular": "kg m²/s"}
     if part not in units:
         raise RangeError.of("momentum_history: part", repr(part), '"linear" or "angular"')
     ax = axes_or_new(ax)
-    momentum = motion.momentum()
-    values = getattr(momentum, part)
+    times, states = _with_jumps(motion)
+    momentum = momenta_of(motion, states)
     for i, axis in enumerate("xyz"):
-        ax.plot(motion.t, values[:, i], color=CYCLE[i], linewidth=1.4, label=axis)
+        column = getattr(momentum, part)[:, i]
+        ax.plot(times, column, color=CYCLE[i], linewidth=1.4, label=axis)
     ax.set_ylabel(f"{part} momentum [{units[part]}]")
-    ax.set_title(f"{part.capitalize()} momentum", loc="left")
-    _no_closer_than(ax, float(np.abs([momentum.linear, values]).max()))
-    return _over_time(ax, motion)
+    ax.set_title(f"{part.capitalize()} momentum, world axes", loc="left")
+    _no_closer_than(ax, float(np.abs([momentum.linear, getattr(momentum, part)]).max()))
+    return over_time(ax, motion)
 
 
-def _check_motion(motion: Any, what: str) -> None:
+def _with_jumps(motion: Any) -> tuple[np.ndarray, States]:
+    """Sample times and states, with both states of every impact: a jump is a vertical line."""
+    if not motion.impacts:
+        return motion.t, (motion.q, motion.v)
+    hits = np.repeat([time for time, _ in motion.impacts], 2)
+    place = np.searchsorted(motion.t, hits, "left")
+    q = np.repeat([impact.q for _, impact in motion.impacts], 2, axis=0)
+    v = np.concatenate([[impact.v_before, impact.v_after] for _, impact in motion.impacts])
+    states = np.insert(motion.q, place, q, axis=0), np.insert(motion.v, place, v, axis=0)
+    return np.insert(motion.t, place, hits), states
+
+
+def check_motion(motion: Any, what: str) -> None:
+    """Raise an InputError unless it is a ``Trajectory``."""
     from ...motion import Trajectory
 
     check_kind(motion, Trajectory, what)
@@ -106,7 +125,8 @@ def _no_closer_than(ax: Axes, scale: float) -> None:
         ax.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
 
 
-def _over_time(ax: Axes, motion: Any) -> Axes:
+def over_time(ax: Axes, motion: Any) -> Axes:
+    """Finish axes over time: impacts as dashed lines, a legend."""
     for i, (time, _) in enumerate(list(motion.impacts)[:MOST_IMPACTS]):
         label = "impact" if i == 0 else None
         ax.axvline(time, color=BLOW, linewidth=0.8, alpha=0.5, linestyle="--", label=label)
@@ -181,7 +201,7 @@ def stroboscope(
     if plane is None:
         plane = _plane_of(shown)
     ax = axes_or_new(ax, 5.0)
-    color = ink_of(ax) if color is None else color
+    color = ink() if color is None else color
     pick = [AXES[axis] for axis in plane]
     marks: list[tuple[float, float, str]] = []
     for number, time in enumerate(times):

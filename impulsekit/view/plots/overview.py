@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from .canvas import new_figure, save_figure
-from .impacts import contact_cones, energy_books, joint_reactions, velocity_jump
-from .motions import energy_history, momentum_history
+import numpy as np
+
+from .canvas import new_figure, plain, save_figure
+from .impacts import (
+    contact_cones,
+    energy_balance,
+    joint_reactions,
+    reaction_sizes,
+    velocity_jump,
+)
+from .motions import FAINT, energy_history, momentum_history
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,7 +25,7 @@ if TYPE_CHECKING:
 def overview(
     subject: Any, path: str | os.PathLike[str] | None = None, *, dark: bool = False
 ) -> Figure:
-    """The plots of an ``Impact`` or a ``Trajectory`` on one sheet.
+    """The plots of an ``Impact`` or a ``Trajectory`` on one sheet, those with numbers in them.
 
     Args:
         subject: an ``Impact``, or a ``Trajectory`` with its energy and momentum histories.
@@ -49,31 +58,44 @@ def overview(
 
 def _of_impact(impact: Any) -> Figure:
     rows = min(impact.scene.robot.nv, 20)
-    contacts = any(point.normal is not None for c in impact.contacts for point in c.points)
-    lower = max(3.6, 1.4 + 0.3 * (2 + len(impact.energy.work)), 1.2 + 0.24 * min(rows, 14))
-    figure = new_figure(11.0, 2.3 + 0.26 * rows + lower)
-    grid = figure.add_gridspec(2, 2, height_ratios=[2.1 + 0.26 * rows, lower])
-    velocity_jump(impact, figure.add_subplot(grid[0, 0]), rows=20)
-    joint_reactions(impact, figure.add_subplot(grid[0, 1]), rows=20)
-    energy_books(impact, figure.add_subplot(grid[1, 0]))
-    if contacts:
-        contact_cones(impact, figure.add_subplot(grid[1, 1]))
-    else:
-        joint_reactions(impact, figure.add_subplot(grid[1, 1]), part="couple", rows=14)
+    joints = 1.6 + 0.26 * min(len(impact.scene.robot.joint_names), 20)
+    panels: list[tuple[float, Callable[[Any], Any]]] = [
+        (2.1 + 0.26 * rows, lambda ax: velocity_jump(impact, ax, rows=20))
+    ]
+    # A panel without a number in it is left out.
+    if reaction_sizes(impact, "force").any():
+        panels.append((joints, lambda ax: joint_reactions(impact, ax, rows=20)))
+    if impact.energy.before or impact.energy.after:
+        height = max(3.0, 1.4 + 0.3 * (2 + len(impact.energy.work)))
+        panels.append((height, lambda ax: energy_balance(impact, ax)))
+    if any(point.normal is not None for c in impact.contacts for point in c.points):
+        panels.append((3.6, lambda ax: contact_cones(impact, ax)))
+    elif reaction_sizes(impact, "couple").any():
+        panels.append((joints, lambda ax: joint_reactions(impact, ax, part="couple", rows=20)))
+    lines = [panels[i : i + 2] for i in range(0, len(panels), 2)]
+    heights = [max(height for height, _ in line) for line in lines]
+    figure = new_figure(11.0, 0.2 + sum(heights))
+    grid = figure.add_gridspec(len(lines), 2, height_ratios=heights)
+    for i, line in enumerate(lines):
+        for j, (_, draw) in enumerate(line):
+            draw(figure.add_subplot(grid[i, j] if len(line) == 2 else grid[i, :]))
     for ax in figure.axes:
-        # Long names at the side leave little room for numbers below.
+        # Long names at the side leave little width for numbers below.
         ax.locator_params(axis="x", nbins=5)
-    figure.suptitle(impact.scene.robot.name.replace("$", r"\$"))
+    figure.suptitle(plain(impact.scene.robot.name))
     return figure
 
 
 def _of_motion(motion: Any) -> Figure:
-    figure = new_figure(9.0, 9.0)
-    axes = figure.subplots(3, 1, sharex=True)
+    momentum = motion.momentum()
+    sizes = {part: float(np.abs(getattr(momentum, part)).max()) for part in ("linear", "angular")}
+    parts = [part for part in sizes if sizes[part] > FAINT * max(sizes.values())]
+    figure = new_figure(9.0, 3.0 * (1 + len(parts)))
+    axes = figure.subplots(1 + len(parts), 1, sharex=True, squeeze=False)[:, 0]
     energy_history(motion, axes[0])
-    momentum_history(motion, axes[1])
-    momentum_history(motion, axes[2], part="angular")
+    for ax, part in zip(axes[1:], parts, strict=True):
+        momentum_history(motion, ax, part=part)
     for ax in axes[:-1]:
         ax.set_xlabel("")
-    figure.suptitle(motion.scene.robot.name.replace("$", r"\$"))
+    figure.suptitle(plain(motion.scene.robot.name))
     return figure

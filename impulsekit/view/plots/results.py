@@ -12,6 +12,7 @@ from ...batch.study.chunks import checksums_told
 from ...batch.study.store import open_study
 from ...batch.study.summary import is_valid, sizes_of, statuses_of
 from ...errors import InputError, ShapeError
+from ..forms import speeds_of
 from .canvas import AFTER, BLOW, CYCLE, QUIET, axes_or_new, new_figure, plain, save_figure, tidy
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
 
 
 def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None = None) -> Axes:
-    """Recorded velocities of the first joint over time, and the impacts found.
+    """Recorded speeds of the first joint that have one unit, over time, and the impacts found.
 
     Dots are slopes between samples; a line to the left of an impact is where the flight before
     it ended, to the right where the next begins.
@@ -124,10 +125,13 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
     ax = axes_or_new(ax)
     own = [each for each in impacts.impacts if each.recording == recording.name]
     v = recording.velocities([each.time for each in own], reach=1)
-    shown = range(min(3, v.shape[1]))
+    speeds = speeds_of(recording.robot, recording.q[0])
+    unit = speeds[0].unit
+    shown = [i for i in range(min(3, v.shape[1])) if speeds[i].unit == unit]
     for i in shown:
         color = CYCLE[i]
-        ax.plot(recording.t, v[:, i], ".", markersize=3, color=color, label=f"speed {i + 1}")
+        label = plain(speeds[i].title)
+        ax.plot(recording.t, v[:, i], ".", markersize=3, color=color, label=label)
         for each in own:
             sides = [each.v_before[i], each.v_after[i]]
             ax.plot([each.time, each.time], sides, color=color, linewidth=1.6)
@@ -137,7 +141,7 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
         if name == recording.name:
             ax.axvspan(start, end, color=QUIET, alpha=0.12, linewidth=0)
     ax.set_xlabel("time [s]")
-    ax.set_ylabel("m/s, rad/s")
+    ax.set_ylabel(f"speed [{unit}]")
     ax.set_title(plain(f"Impacts in {recording.name or 'the recording'}"), loc="left")
     ax.legend(frameon=False)
     return tidy(ax)
