@@ -30,6 +30,7 @@ class Actors:
         shapes: the surfaces on its joints.
         places: (F, njoints, 7) of every joint in the world, xyz [m] and quaternion xyzw.
         corners: (n, 3) corners of boxes around the shapes over the motion [m].
+        subject: (m, 3) those of what moves, for the middle of the picture [m].
         reach: between the radius of one pose and that of the motion [m]; arrows go by it.
         notes: what is drawn otherwise than wished.
     """
@@ -38,6 +39,7 @@ class Actors:
     shapes: tuple[BodyShape, ...]
     places: np.ndarray
     corners: np.ndarray
+    subject: np.ndarray
     reach: float
     notes: tuple[str, ...]
 
@@ -50,10 +52,13 @@ class Actors:
         own = [corners_of(shapes, joint_id) for joint_id in range(places.shape[1])]
         poses = [_corners(own, places[i]) for i in looks]
         corners = np.concatenate(poses)
+        moves = np.ptp(places, axis=0).max(axis=1) > 0.0
+        moving = [x for x, one in zip(own, moves, strict=True) if one]
+        subject = [_corners(moving, places[i, moves]) for i in looks] if moves.any() else poses
         size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses)
         whole = float(np.linalg.norm(np.ptp(corners, axis=0)))
         reach = max(0.5 * float(np.sqrt(size * whole)), LEAST_REACH)
-        return cls(shown, shapes, places, corners, reach, notes)
+        return cls(shown, shapes, places, corners, np.concatenate(subject), reach, notes)
 
     @property
     def nodes(self) -> Mapping[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 from .forms import TURNS
 
-# Kind: what the legend calls it, its unit and its colour.
+# Kind: what legend and labels call it, its unit and its colour.
 KINDS = {
     "impulse": ("impulse", "N s", (0.78, 0.20, 0.13)),
     "couple": ("couple impulse", "N m s", (0.86, 0.50, 0.10)),
@@ -27,6 +27,7 @@ KINDS = {
     "reaction couple": ("couple in a joint", "N m s", (0.70, 0.45, 0.78)),
     "before": ("velocity before", "m/s", (0.27, 0.27, 0.29)),
     "after": ("velocity after", "m/s", (0.08, 0.44, 0.90)),
+    "force": ("contact force", "N", (0.85, 0.20, 0.48)),
 }
 COLORS = {
     "sticking": (0.16, 0.58, 0.34),
@@ -35,8 +36,10 @@ COLORS = {
 }
 # Beside the largest arrow of its kind, a shorter one is not drawn.
 SHORTEST = 5e-3
-# Velocity arrows nobody asked for stay as few as this.
+# Velocity arrows that are drawn by default stay as few as this.
 FEW = 12
+# As many entries fit into the line of an impact.
+MOST_SAID = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,7 @@ class Arrow:
         origin: (3,) where it starts, in the world [m].
         vector: (3,) in world axes, in the unit of its kind.
         from_outside: whether it ends at its origin, as a blow does, instead of starting there.
+        mode: of the contact that it belongs to.
     """
 
     kind: str
@@ -56,11 +60,42 @@ class Arrow:
     origin: np.ndarray
     vector: np.ndarray
     from_outside: bool = False
+    mode: str = ""
 
     @property
     def size(self) -> float:
         """Its length in the unit of its kind."""
         return float(np.linalg.norm(self.vector))
+
+    @property
+    def label(self) -> str:
+        """What the page says of it, such as "floor: 5.3 N s, sliding"."""
+        words, unit, _ = KINDS[self.kind]
+        said = [] if self.kind == "impulse" else [words]
+        return ", ".join(
+            [f"{self.name}: {self.size:.3g} {unit}", *said, *filter(None, [self.mode])]
+        )
+
+
+def summary(arrows: Iterable[Arrow]) -> str:
+    """The impulses of an impact in a line: by entry the resultant, the largest first.
+
+    Example:
+        >>> foot = [Arrow("impulse", "foot", np.zeros(3), np.array([0, 0, 1.5]))] * 2
+        >>> summary(foot)
+        'foot: 3 N s'
+    """
+    parts: dict[tuple[str, str], list[Arrow]] = {}
+    for item in arrows:
+        if item.kind in ("impulse", "couple"):
+            parts.setdefault((item.kind, item.name), []).append(item)
+    whole = [
+        replace(own[0], vector=np.sum([item.vector for item in own], axis=0))
+        for own in parts.values()
+    ]
+    whole.sort(key=lambda item: (item.kind != "impulse", -item.size))
+    more = [f"and {len(whole) - MOST_SAID} more"] * (len(whole) > MOST_SAID)
+    return "; ".join([*(item.label for item in whole[:MOST_SAID]), *more])
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +187,8 @@ def _contacts(impact: Impact) -> Iterator[Arrow]:
     for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True):
         for point in result.points:
             if point.position is not None:
-                yield Arrow("impulse", result.name, np.array(point.position), point.impulse)
+                place = np.array(point.position)
+                yield Arrow("impulse", result.name, place, point.impulse, mode=point.mode)
             elif entry.joint_names:
                 yield from _in_joint(impact, result.name, entry.joint_names[0], point.impulse)
 

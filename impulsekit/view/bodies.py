@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..errors import UrdfError
 from ..robot import Robot
-from .surfaces import Surface, box, cylinder, ellipsoid, merged, rounded
+from .surfaces import Surface, box, cylinder, ellipsoid, mesh, rounded
 
 if TYPE_CHECKING:
     from ..robot import RobotPart
@@ -92,29 +92,27 @@ def surface_of(item: pin.GeometryObject) -> Surface | None:
 
 
 def _triangles(item: pin.GeometryObject) -> Surface | None:
-    mesh = item.geometry
-    vertices = np.array(mesh.vertices(), dtype=np.float32).reshape(-1, 3)
-    triangles = (mesh.tri_indices(i) for i in range(mesh.num_tris))
+    shape = item.geometry
+    vertices = np.array(shape.vertices(), dtype=np.float32).reshape(-1, 3)
+    triangles = (shape.tri_indices(i) for i in range(shape.num_tris))
     faces = np.array([(t[0], t[1], t[2]) for t in triangles], dtype=np.uint32)
     if not len(faces):
         return None
+    plain = mesh(vertices, faces)
     if not item.overrideMaterial and item.meshPath.lower().endswith(".dae"):
-        colored = _colored(item.meshPath, np.array(item.meshScale).ravel(), vertices)
-        if colored is not None:
-            return colored
-    return Surface(vertices, faces, smooth=False)
+        return _colored(item.meshPath, np.array(item.meshScale).ravel(), plain) or plain
+    return plain
 
 
 def _convex(shape: Any) -> Surface:
     import coal
 
     points = np.array([shape.point(i) for i in range(shape.num_points)])
-    mesh = coal.Convex.convexHull(points, True, "")
-    faces = np.array([list(mesh.polygons(i)) for i in range(mesh.num_polygons)])
-    return Surface(points, faces, smooth=False)
+    hull = coal.Convex.convexHull(points, True, "")
+    return mesh(points, np.array([list(hull.polygons(i)) for i in range(hull.num_polygons)]))
 
 
-def _colored(path: str, scale: np.ndarray, vertices: np.ndarray) -> Surface | None:
+def _colored(path: str, scale: np.ndarray, plain: Surface) -> Surface | None:
     """A Collada file with a colour for each part; None if it has none or reads otherwise."""
     if not os.path.isfile(path):
         return None
@@ -122,32 +120,31 @@ def _colored(path: str, scale: np.ndarray, vertices: np.ndarray) -> Surface | No
         import trimesh
 
         scene: Any = trimesh.load(path, force="scene")
-        surfaces = [_part(mesh) for mesh in scene.dump()]
+        parts = [_part(part) for part in scene.dump() if len(part.faces)]
     except Exception:
         # Colours are a courtesy: whatever a reader stumbles over, the plain mesh is there.
         return None
-    surfaces = [surface for surface in surfaces if len(surface.faces)]
-    if not surfaces:
+    if not parts:
         return None
-    whole = merged(surfaces)
-    scaled = Surface(whole.vertices * scale, whole.faces, whole.colors, smooth=False)
-    size = float(np.ptp(vertices, axis=0).max())
-    if np.abs(scaled.corners - Surface(vertices, whole.faces).corners).max() > SAME_SIZE * size:
-        return None
-    return scaled
+    starts = np.cumsum([0, *(len(vertices) for vertices, _, _ in parts[:-1])])
+    faces = np.concatenate([faces + k for (_, faces, _), k in zip(parts, starts, strict=True)])
+    vertices, colors = (np.concatenate([part[i] for part in parts]) for i in (0, 2))
+    whole = mesh(vertices * scale, faces, colors)
+    size = float(np.ptp(plain.corners, axis=0).max())
+    same = np.abs(whole.corners - plain.corners).max() <= SAME_SIZE * size
+    return whole if same else None
 
 
-def _part(mesh: Any) -> Surface:
-    material = getattr(mesh.visual, "material", None)
+def _part(part: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The vertices, faces and colours of a part."""
+    material = getattr(part.visual, "material", None)
     color = getattr(material, "main_color", None)
     rgb = np.array([230, 230, 230] if color is None else color[:3], dtype=float) / 255.0
     # A corner is stored once for every normal it has; drawn flat, one of them will do.
-    corners = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
-    _, first, place = np.unique(
-        corners.view(np.dtype((np.void, 12))).ravel(), return_index=True, return_inverse=True
-    )
-    faces = place.reshape(-1)[np.asarray(mesh.faces)]
-    return Surface(corners[first], faces, np.tile(rgb, (len(first), 1)), smooth=False)
+    corners = np.asarray(part.vertices, dtype=np.float32)
+    corners, place = np.unique(corners, axis=0, return_inverse=True)
+    faces = place.reshape(-1)[np.asarray(part.faces)]
+    return corners, faces, np.tile(rgb, (len(corners), 1))
 
 
 # Links without a colour of their own take these in turn, so that neighbours differ.
@@ -227,10 +224,7 @@ def _tinted(shape: BodyShape, colors: Mapping[str, tuple[float, float, float]]) 
         return shape
     share = OWN_SHARE * np.array(own)
     mixed = (share + (1.0 - OWN_SHARE) * np.array(shape.color[:3])).tolist()
-    surface = shape.surface
-    if surface.colors is not None:
-        surface = replace(surface, colors=share + (1.0 - OWN_SHARE) * surface.colors)
-    return replace(shape, surface=surface, color=(*mixed, shape.color[3]))
+    return replace(shape, color=(*mixed, shape.color[3]))
 
 
 def _visuals(robot: Robot, notes: list[str]) -> list[BodyShape]:
@@ -243,7 +237,10 @@ def _visuals(robot: Robot, notes: list[str]) -> list[BodyShape]:
             continue
         red, green, blue, opacity = (float(c) for c in item.meshColor)
         color = (red, green, blue, opacity if opacity > 0.0 else 1.0)
-        if not item.overrideMaterial and np.allclose(color, _NO_MATERIAL):
+        if surface.colored:
+            # Multiplied with the colours of its vertices.
+            color = (1.0, 1.0, 1.0, color[3])
+        elif not item.overrideMaterial and np.allclose(color, _NO_MATERIAL):
             color = PALETTE[item.parentJoint % len(PALETTE)]
         placement = pin.SE3(item.placement)
         body = robot.model.frames[item.parentFrame].name

@@ -12,13 +12,11 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import MissingExtraError
-from .surfaces import Surface
+from .surfaces import Surface, mesh, typed
 
 
 def meshcat() -> ModuleType:
-    """The package meshcat with its ``geometry`` and ``commands``.
-
-    No server is started and no port is opened.
+    """The package meshcat; no server is started and no port is opened.
 
     Raises:
         MissingExtraError: it is not installed.
@@ -29,8 +27,6 @@ def meshcat() -> ModuleType:
         warnings.filterwarnings("ignore", category=SyntaxWarning, module=r"meshcat\.")
         try:
             import meshcat
-            import meshcat.commands
-            import meshcat.geometry
         except ImportError as error:
             raise MissingExtraError(
                 f"a replay needs meshcat: pip install meshcat ({error})",
@@ -66,9 +62,6 @@ def player_script() -> str:
 
 ROOT = "impulsekit"
 
-# umsgpack's and the player's codes of typed arrays.
-_FLOAT32 = 0x17
-
 
 def node_name(index: int, name: str) -> str:
     """A node's name: never the same twice, never a path, never a word JavaScript knows.
@@ -101,86 +94,97 @@ class Drawing:
         placements: Sequence[pin.SE3] = (),
         *,
         glow: float = 0.0,
-        through: bool = False,
+        shade: float = 0.0,
         one_sided: bool = False,
     ) -> None:
         """Draw a surface once, or once at each of several ``placements``.
 
         Args:
             path: the node; its own transform comes on top.
-            surface: the triangles.
+            surface: what is drawn.
             color: red, green, blue and opacity in [0, 1].
-            placements: copies share one set of triangles.
+            placements: copies share one geometry.
             glow: how much of its colour shines without light, for arrows.
-            through: whether it is seen through everything that stands before it.
+            shade: opacity of what is seen of it through everything that stands before it.
             one_sided: whether it is not seen from behind, as nothing translucent is.
         """
-        geometry = meshcat().geometry
-        rgb = _hex(color)
         opacity = float(color[3]) if len(color) > 3 else 1.0
-        triangles = geometry.TriangularMeshGeometry(surface.vertices, surface.faces, surface.colors)
-        material = geometry.MeshPhongMaterial(
-            color=0xFFFFFF if surface.colors is not None else rgb,
-            vertexColors=surface.colors is not None,
-            opacity=opacity,
-            # The player works out normals for a single surface only.
-            flatShading=not surface.smooth or bool(placements),
-            shininess=20,
-            specular=0x222222,
-            emissive=_hex([glow * c for c in color[:3]]),
-            side=2 if opacity == 1.0 and not one_sided else 0,
-            depthWrite=opacity == 1.0,
-            depthTest=not through,
-        )
-        command = meshcat().commands.SetObject(triangles, material, self._path(path)).lower()
-        if placements:
-            whole = command["object"]["object"]
-            command["object"]["object"] = {
-                "uuid": whole["uuid"],
-                "type": "Group",
-                "children": [
-                    {
-                        "uuid": f"{whole['uuid']}-{i}",
-                        "type": "Mesh",
-                        "geometry": whole["geometry"],
-                        "material": whole["material"],
-                        "matrix": placement.homogeneous.T.ravel().tolist(),
-                    }
-                    for i, placement in enumerate(placements)
-                ],
+        base = {
+            "type": "MeshPhongMaterial",
+            "color": _hex(color),
+            "vertexColors": surface.colored,
+            # The player works out normals of a mesh for a single one only.
+            "flatShading": surface.flat,
+            "shininess": 20,
+            "specular": 0x222222,
+            "emissive": _hex([glow * c for c in color[:3]]),
+        }
+        materials = [
+            base
+            | {
+                "opacity": opacity,
+                "transparent": opacity < 1.0,
+                "side": 2 if opacity == 1.0 and not one_sided else 0,
+                "depthWrite": opacity == 1.0,
             }
-        self.commands.append(command)
+        ]
+        if shade > 0.0:
+            see = {"opacity": shade, "transparent": True, "depthTest": False, "depthWrite": False}
+            materials.append(base | see)
+        for i, material in enumerate(materials):
+            material["uuid"] = f"material {i}"
+        turns = [placement.homogeneous @ surface.turn for placement in placements]
+        meshes = [
+            {
+                "uuid": f"mesh {i} {j}",
+                "type": "Mesh",
+                "geometry": "geometry",
+                "material": material["uuid"],
+                "matrix": turn.T.ravel().tolist(),
+            }
+            for i, turn in enumerate(turns or [surface.turn])
+            for j, material in enumerate(materials)
+        ]
+        group = {"uuid": "group", "type": "Group", "children": meshes}
+        self.add_object(
+            self._path(path),
+            meshes[0] if len(meshes) == 1 else group,
+            [surface.geometry | {"uuid": "geometry"}],
+            materials,
+        )
 
     def add_lines(self, path: Sequence[str], points: np.ndarray, color: Sequence[float]) -> None:
         """Draw (n, 3) points two by two as thin lines [m]."""
-        geometry = meshcat().geometry
-        lines = geometry.LineSegments(
-            geometry.PointsGeometry(np.asarray(points, dtype=np.float32).T),
-            geometry.LineBasicMaterial(color=_hex(color)),
+        faces = np.zeros((0, 3))
+        surface = mesh(points, faces)
+        del surface.geometry["data"]["index"]
+        self.add_object(
+            self._path(path),
+            {"uuid": "lines", "type": "LineSegments", "geometry": "points", "material": "line"},
+            [surface.geometry | {"uuid": "points"}],
+            [{"uuid": "line", "type": "LineBasicMaterial", "color": _hex(color)}],
         )
-        self.commands.append(meshcat().commands.SetObject(lines, None, self._path(path)).lower())
 
-    def add_object(self, path: str, thing: dict[str, Any]) -> None:
-        """Draw what has no class in meshcat's Python, such as a light, at an absolute path."""
-        self.commands.append(
-            {
-                "type": "set_object",
-                "path": path,
-                "object": {
-                    "metadata": {"version": 4.5, "type": "Object"},
-                    "geometries": [],
-                    "materials": [],
-                    "object": thing,
-                },
-            }
-        )
+    def add_object(
+        self,
+        path: str,
+        thing: dict[str, Any],
+        geometries: Sequence[dict[str, Any]] = (),
+        materials: Sequence[dict[str, Any]] = (),
+    ) -> None:
+        """Draw an object of three.js, such as a light, at an absolute path."""
+        whole = {
+            "metadata": {"version": 4.5, "type": "Object"},
+            "geometries": list(geometries),
+            "materials": list(materials),
+            "object": thing,
+        }
+        self.commands.append({"type": "set_object", "path": path, "object": whole})
 
     def place(self, path: Sequence[str], placement: pin.SE3) -> None:
         """Put a node at a placement in its parent."""
         matrix = placement.homogeneous.T.ravel().tolist()
-        self.commands.append(
-            {"type": "set_transform", "path": self._path(path).lower(), "matrix": matrix}
-        )
+        self.commands.append({"type": "set_transform", "path": self._path(path), "matrix": matrix})
 
     def set(self, path: str, key: str, value: Any) -> None:
         """Set a property of a node, or of the camera or background, at an absolute path."""
@@ -188,31 +192,41 @@ class Drawing:
             {"type": "set_property", "path": path, "property": key, "value": value}
         )
 
-    def move(self, path: Sequence[str], times: np.ndarray, places: np.ndarray) -> None:
+    def move(
+        self,
+        path: Sequence[str],
+        times: np.ndarray,
+        places: np.ndarray,
+        scales: np.ndarray | None = None,
+    ) -> None:
         """Let a node go through (F, 7) ``places``, xyz and quaternion xyzw, at (F,) times [s].
 
-        Where it stands still it is put once and gets no track.
+        It is drawn ``scales`` (F,) as large. What never changes gets no track.
         """
-        if len(times) < 2 or np.ptp(places, axis=0).max() == 0.0:
-            self.place(path, pin.XYZQUATToSE3(places[0]))
-            return
         self.place(path, pin.XYZQUATToSE3(places[0]))
-        self._tracks(path).extend(
-            [
-                _track(".position", "vector3", times, places[:, :3]),
-                _track(".quaternion", "quaternion", times, places[:, 3:]),
-            ]
-        )
+        if len(times) < 2:
+            return
+        tracks = {".position": places[:, :3], ".quaternion": places[:, 3:]}
+        if scales is not None:
+            tracks[".scale"] = np.repeat(scales[:, None], 3, axis=1)
+        for name, values in tracks.items():
+            kind = "quaternion" if name == ".quaternion" else "vector3"
+            if np.ptp(values, axis=0).max() > 0.0:
+                self._tracks(path).append(_track(name, kind, times, values))
+            elif name == ".scale":
+                self.set(self._path(path), "scale", values[0].tolist())
 
     def show_between(self, path: Sequence[str], start: float, end: float, duration: float) -> None:
         """Show a node from ``start`` until before ``end`` of the playback [s], and only then."""
+        if duration == 0.0:
+            return
         keys = [(0.0, start <= 0.0)]
         if start > 0.0:
             keys.append((start, True))
         if end < duration:
             keys.append((end, False))
         times, shown = zip(*keys, strict=True)
-        self.set(self._path(path).lower(), "visible", bool(shown[0]))
+        self.set(self._path(path), "visible", bool(shown[0]))
         if len(keys) > 1:
             self._tracks(path).append(
                 {
@@ -244,10 +258,10 @@ class Drawing:
         }
 
     def _tracks(self, path: Sequence[str]) -> list[dict[str, Any]]:
-        return self._clips.setdefault(self._path(path).lower(), [])
+        return self._clips.setdefault(self._path(path), [])
 
-    def _path(self, path: Sequence[str]) -> Any:
-        return meshcat().path.Path((ROOT, *path))
+    def _path(self, path: Sequence[str]) -> str:
+        return "/" + "/".join((ROOT, *path))
 
 
 def _track(name: str, kind: str, times: np.ndarray, values: np.ndarray) -> dict[str, Any]:
@@ -256,9 +270,7 @@ def _track(name: str, kind: str, times: np.ndarray, values: np.ndarray) -> dict[
 
 
 def _floats(values: np.ndarray) -> Any:
-    import umsgpack
-
-    return umsgpack.Ext(_FLOAT32, np.ascontiguousarray(values, dtype=np.float32).tobytes())
+    return typed(np.asarray(values, dtype=np.float32))
 
 
 def _hex(color: Sequence[float]) -> int:

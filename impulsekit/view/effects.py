@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import colorsys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
-from .actors import Actors
-from .arrows import COLORS, KINDS, Arrow, Mark, impact_arrows, impact_marks, largest_sizes
+from .arrows import COLORS, KINDS, Arrow, impact_arrows, impact_marks, largest_sizes, summary
 from .drawing import ROOT, Drawing, node_name
-from .motions import Shown
+from .motions import Shown, resting_forces
 from .surfaces import arrow as arrow_surface
-from .surfaces import disc, tube
+from .surfaces import cylinder, tube
 from .timeline import Timeline
 
 if TYPE_CHECKING:
@@ -31,35 +30,54 @@ SLIGHT = 3e-3
 FAINT_MARK = 1e-9
 # Nodes beyond these make a page slow; the largest impulses stay.
 MOST_ARROWS = 400
-HIDDEN_OPACITY = 0.3
+HIDDEN_OPACITY = 0.5
+ON_TOP = 0.9
+# Contact forces are drawn so often in a second of playback, and so often at most.
+FORCES_A_SECOND = 20.0
+MOST_FORCES = 1200
+# In place of a scale of zero, which turns no normals.
+NO_SCALE = 1e-6
 TRACE_POINTS = 600
 TRACES = ((0.07, 0.52, 0.50), (0.55, 0.36, 0.10), (0.62, 0.20, 0.48), (0.30, 0.38, 0.10))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Effects:
     """The drawn effects.
 
     Attributes:
+        impacts: for each impact, the playback times of its arrows and what the page says of it.
         arrows: by entry, joint or point, the nodes of its arrows.
-        corners: (n, 3) the arrows' ends and the traces' points, for the camera [m].
+        labels: the nodes of arrows and marks, with what the page says of each.
+        forces: of contacts between impacts: name, playback times [s] and sizes [N].
+        ends: (n, 3) arrays: the arrows' ends and the traces' points, for the camera [m].
         rows: of the legend, with the units of every kind of arrow.
         groups: by the group that a row names, the nodes that it switches.
         notes: what was left out.
     """
 
-    arrows: Mapping[str, tuple[str, ...]]
-    corners: np.ndarray
-    rows: list[dict[str, str]]
-    groups: Mapping[str, list[str]]
-    notes: tuple[str, ...]
+    impacts: list[dict[str, Any]]
+    arrows: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    labels: list[tuple[str, str]] = field(default_factory=list)
+    forces: list[dict[str, Any]] = field(default_factory=list)
+    ends: list[np.ndarray] = field(default_factory=list)
+    rows: list[dict[str, str]] = field(default_factory=list)
+    groups: dict[str, list[str]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, path: Sequence[str], group: str, label: str) -> str:
+        """Take in a node of a group, with its label; returns its path in the player."""
+        node = "/" + "/".join((ROOT, *path))
+        self.groups.setdefault(group, []).append(node)
+        self.labels.append((node, label))
+        return node
 
 
 def draw_effects(
     drawing: Drawing,
     shown: Shown,
-    actors: Actors,
     timeline: Timeline,
+    size: float,
     *,
     points: Sequence[ReportPoint],
     velocities: bool,
@@ -67,71 +85,142 @@ def draw_effects(
     traces: Sequence[ReportPoint],
     hold: float | None,
 ) -> Effects:
-    """Draw arrows and marks of all impacts and the traces of points.
+    """Draw arrows and marks of all impacts, contact forces between them, and paths of points.
 
     Args:
-        hold: how long arrows stay, in playback time [s]; None for as long as it plays.
+        size: of the picture [m].
+        hold: how long arrows stay, in playback time [s]; None for as long as it plays. The
+            arrows of an impact go when those of the next one come.
     """
     found = [
-        (time, number, item)
-        for number, (time, impact) in enumerate(shown.impacts)
-        for item in impact_arrows(impact, points=points, velocities=velocities, reactions=reactions)
+        impact_arrows(impact, points=points, velocities=velocities, reactions=reactions)
+        for _, impact in shown.impacts
     ]
-    found = _without_slight(found, actors.reach)
-    marks = [
-        (time, number, mark)
-        for number, (time, impact) in enumerate(shown.impacts)
-        for mark in impact_marks(impact)
-    ]
-    largest = largest_sizes(item for _, _, item in found)
-    notes: list[str] = []
-    if len(found) > MOST_ARROWS:
-        notes.append(f"{len(found) - MOST_ARROWS} smaller arrows of {len(found)} are left out")
-        found.sort(key=lambda entry: -entry[2].size / largest[entry[2].kind])
-        found = sorted(found[:MOST_ARROWS], key=lambda entry: entry[:2])
-    if len(marks) > MOST_ARROWS:
-        notes.append(f"{len(marks) - MOST_ARROWS} later contact marks are left out")
-        marks = marks[:MOST_ARROWS]
-    nodes: dict[str, list[str]] = {}
-    groups: dict[str, list[str]] = {}
-    ends = [np.zeros((0, 3))]
-    for i, (time, number, item) in enumerate(found):
-        length = LONGEST_ARROW * actors.reach * item.size / largest[item.kind]
-        path = ("impacts", str(number), node_name(i, f"{item.kind} {item.name}"))
-        ends.append(_draw_arrow(drawing, path, item, length, actors.reach))
-        _time(drawing, path, timeline, time, hold, before=item.kind == "before")
-        nodes.setdefault(item.name, []).append(_node(path))
-        groups.setdefault(item.kind, []).append(_node(path))
-    for i, (time, number, mark) in enumerate(marks):
-        path = ("impacts", str(number), node_name(i, f"contact {mark.name}"))
-        _draw_mark(drawing, path, mark, actors.reach)
-        groups.setdefault(f"contact {mark.mode}", []).append(_node(path))
-        _time(drawing, path, timeline, time, hold, before=False)
-    rows = _rows(largest, [mark for _, _, mark in marks])
+    spans = _spans(shown, timeline, hold)
+    effects = Effects(
+        [
+            {"time": start, "end": min(end, timeline.duration), "said": summary(arrows)}
+            for (_, start, end), arrows in zip(spans, found, strict=True)
+        ]
+    )
+    _draw_arrows(drawing, effects, found, spans, timeline.duration, size)
+    _draw_marks(drawing, effects, shown, spans, timeline.duration, size)
+    _draw_forces(drawing, effects, shown, timeline, size)
     for i, point in enumerate(traces):
         line = _trace(shown, point)
         color = trace_color(i)
         node = ("traces", node_name(i, point.title))
-        ends.append(line)
+        effects.ends.append(line)
         if np.ptp(line, axis=0).max() > 0.0:
-            surface = tube(line, TRACE_RADIUS * actors.reach)
-            drawing.add(node, surface, color, glow=0.25)
-        groups[node[-1]] = [_node(node)]
-        rows.append(legend_row(f"path of {point.title}", color, group=node[-1]))
-    return Effects(
-        {name: tuple(paths) for name, paths in nodes.items()},
-        np.concatenate(ends),
-        rows,
-        groups,
-        tuple(notes),
+            drawing.add(node, tube(line, TRACE_RADIUS * size), color, glow=0.25)
+        effects.add(node, node[-1], f"path of {point.title}")
+        effects.rows.append(legend_row(f"path of {point.title}", color, group=node[-1]))
+    return effects
+
+
+def _spans(
+    shown: Shown, timeline: Timeline, hold: float | None
+) -> list[tuple[float, float, float]]:
+    """Of each impact in playback time: when what was before it begins to show, it, and its end."""
+    times = [float(timeline.to_playback(time)) for time, _ in shown.impacts]
+    spans = []
+    for time in times:
+        last = max((other for other in times if other < time), default=-np.inf)
+        following = min((other for other in times if other > time), default=np.inf)
+        stays = np.inf if hold is None else hold
+        spans.append((max(0.0, last, time - stays), time, min(following, time + stays)))
+    return spans
+
+
+def _draw_arrows(
+    drawing: Drawing,
+    effects: Effects,
+    found: Sequence[Sequence[Arrow]],
+    spans: Sequence[tuple[float, float, float]],
+    duration: float,
+    size: float,
+) -> None:
+    every = [(number, item) for number, arrows in enumerate(found) for item in arrows]
+    every = _without_slight(every, size)
+    largest = largest_sizes(item for _, item in every)
+    if len(every) > MOST_ARROWS:
+        effects.notes.append(f"{len(every) - MOST_ARROWS} smaller arrows of {len(every)} left out")
+        every.sort(key=lambda entry: -entry[1].size / largest[entry[1].kind])
+        every = sorted(every[:MOST_ARROWS], key=lambda entry: entry[0])
+    for i, (number, item) in enumerate(every):
+        length = LONGEST_ARROW * size * item.size / largest[item.kind]
+        path = ("impacts", str(number), node_name(i, f"{item.kind} {item.name}"))
+        effects.ends.append(_draw_arrow(drawing, path, item, length, size))
+        start, instant, end = spans[number]
+        span = (start, instant) if item.kind == "before" else (instant, end)
+        drawing.show_between(path, *span, duration)
+        node = effects.add(path, item.kind, item.label)
+        effects.arrows[item.name] = (*effects.arrows.get(item.name, ()), node)
+    effects.rows += [_arrow_row(kind, largest[kind]) for kind in KINDS if largest.get(kind)]
+
+
+def _draw_marks(
+    drawing: Drawing,
+    effects: Effects,
+    shown: Shown,
+    spans: Sequence[tuple[float, float, float]],
+    duration: float,
+    size: float,
+) -> None:
+    marks = [
+        (k, mark) for k, (_, impact) in enumerate(shown.impacts) for mark in impact_marks(impact)
+    ]
+    if len(marks) > MOST_ARROWS:
+        effects.notes.append(f"{len(marks) - MOST_ARROWS} later contact marks left out")
+    for i, (number, mark) in enumerate(marks[:MOST_ARROWS]):
+        path = ("impacts", str(number), node_name(i, f"contact {mark.name}"))
+        disc = cylinder(MARK_RADIUS * size, 0.1 * MARK_RADIUS * size)
+        drawing.add(path, disc, COLORS[mark.mode], shade=ON_TOP)
+        drawing.place(path, pin.SE3(_turn_to(mark.normal), mark.position))
+        drawing.show_between(path, *spans[number][1:], duration)
+        effects.add(path, f"contact {mark.mode}", f"{mark.name}: {mark.mode}")
+    modes = {mark.mode for _, mark in marks}
+    effects.rows += [
+        legend_row(f"contact, {mode}", color, group=f"contact {mode}")
+        for mode, color in COLORS.items()
+        if mode in modes
+    ]
+
+
+def _draw_forces(
+    drawing: Drawing, effects: Effects, shown: Shown, timeline: Timeline, size: float
+) -> None:
+    """Draw the resultant of every contact that pushes between impacts, as it changes."""
+    count = min(MOST_FORCES, 1 + int(FORCES_A_SECOND * timeline.duration))
+    times = np.linspace(0.0, timeline.duration, count)
+    carried = resting_forces(shown, timeline.to_motion(times))
+    largest = max(
+        (float(np.linalg.norm(f, axis=1).max()) for _, f in carried.values()), default=0.0
     )
+    for i, (name, (places, forces)) in enumerate(carried.items()):
+        path = ("forces", node_name(i, name))
+        length = LONGEST_ARROW * size
+        color = KINDS["force"][2]
+        surface = arrow_surface(length, ARROW_WIDTH * size)
+        drawing.add(path, surface, color, glow=0.25, shade=HIDDEN_OPACITY)
+        sizes = np.linalg.norm(forces, axis=1)
+        poses = np.empty((count, 7))
+        turn = np.eye(3)
+        for pose, place, force, much in zip(poses, places, forces, sizes, strict=True):
+            turn = _turn_to(force / much) if much > 0.0 else turn
+            pose[:] = pin.SE3ToXYZQUAT(pin.SE3(turn, place))
+        drawing.move(path, times, poses, np.maximum(sizes / largest, NO_SCALE))
+        effects.add(path, "force", f"{name}: contact force")
+        effects.ends.append(places + length / largest * forces)
+        rounded = [float(f"{much:.3g}") for much in sizes]
+        effects.forces.append({"name": name, "times": times.round(4).tolist(), "sizes": rounded})
+    if largest > 0.0:
+        effects.rows.append(_arrow_row("force", largest))
 
 
-def _without_slight(
-    found: list[tuple[float, int, Arrow]], size: float
-) -> list[tuple[float, int, Arrow]]:
+def _without_slight(found: list[tuple[int, Arrow]], size: float) -> list[tuple[int, Arrow]]:
     """Leave out rounding, and couples that a small shift of the largest impulse makes up for."""
-    largest = largest_sizes(item for _, _, item in found)
+    largest = largest_sizes(item for _, item in found)
     blow = largest.get("impulse", 0.0)
     carried = max(largest.get("reaction", 0.0), blow)
     least = {
@@ -139,7 +228,7 @@ def _without_slight(
         "reaction": FAINT_MARK * blow,
         "reaction couple": max(SLIGHT * largest.get("reaction", 0.0), FAINT_MARK * carried) * size,
     }
-    return [entry for entry in found if entry[2].size >= least.get(entry[2].kind, 0.0)]
+    return [entry for entry in found if entry[1].size >= least.get(entry[1].kind, 0.0)]
 
 
 def _draw_arrow(
@@ -156,37 +245,10 @@ def _draw_arrow(
         # What strikes ends at the point that it strikes.
         start = item.origin - length * direction
     surface = arrow_surface(length, width * size, heads=2 if couple else 1)
-    drawing.add((*path, "solid"), surface, color, glow=0.25)
     # A shade of it where it is inside a body or behind one.
-    drawing.add((*path, "shade"), surface, (*color, HIDDEN_OPACITY), glow=0.5, through=True)
+    drawing.add(path, surface, color, glow=0.25, shade=HIDDEN_OPACITY)
     drawing.place(path, pin.SE3(_turn_to(direction), start))
     return np.array([start, start + length * direction])
-
-
-def _draw_mark(drawing: Drawing, path: tuple[str, ...], mark: Mark, size: float) -> None:
-    drawing.add(path, disc(MARK_RADIUS * size, 0.2 * MARK_RADIUS * size), COLORS[mark.mode])
-    drawing.place(path, pin.SE3(_turn_to(mark.normal), mark.position))
-
-
-def _time(
-    drawing: Drawing,
-    path: tuple[str, ...],
-    timeline: Timeline,
-    time: float,
-    hold: float | None,
-    *,
-    before: bool,
-) -> None:
-    """Show a node up to an impact, or from it on, for ``hold`` seconds of playback."""
-    instant = float(timeline.to_playback(time))
-    duration = timeline.duration
-    if duration == 0.0:
-        return
-    if before:
-        start, end = (0.0 if hold is None else max(0.0, instant - hold)), instant
-    else:
-        start, end = instant, (np.inf if hold is None else instant + hold)
-    drawing.show_between(path, start, end, duration)
 
 
 def _trace(shown: Shown, point: ReportPoint) -> np.ndarray:
@@ -202,20 +264,12 @@ def _trace(shown: Shown, point: ReportPoint) -> np.ndarray:
     return np.array(line)
 
 
-def _rows(largest: Mapping[str, float], marks: Sequence[Mark]) -> list[dict[str, str]]:
-    rows = []
-    for kind, (words, unit, color) in KINDS.items():
-        if largest.get(kind, 0.0) > 0.0:
-            size = f"{largest[kind]:.4g} {unit}"
-            text = f"{words}, the longest arrow {size}"
-            rows.append(legend_row(text, color, group=kind, short=f"{words} ≤ {size}"))
-    modes = {mark.mode for mark in marks}
-    rows += [
-        legend_row(f"contact, {mode}", color, group=f"contact {mode}")
-        for mode, color in COLORS.items()
-        if mode in modes
-    ]
-    return rows
+def _arrow_row(kind: str, largest: float) -> dict[str, str]:
+    words, unit, color = KINDS[kind]
+    size = f"{largest:.4g} {unit}"
+    return legend_row(
+        f"{words}, the longest arrow {size}", color, group=kind, short=f"{words} ≤ {size}"
+    )
 
 
 def legend_row(
@@ -236,10 +290,6 @@ def trace_color(i: int) -> tuple[float, float, float]:
         return TRACES[i]
     hue = (0.10 + 0.618034 * (i - len(TRACES))) % 1.0
     return colorsys.hsv_to_rgb(hue, 0.55 + 0.35 * (i % 2), 0.45 + 0.15 * (i % 3))
-
-
-def _node(path: Sequence[str]) -> str:
-    return "/" + "/".join((ROOT, *path))
 
 
 def _css(color: Sequence[float]) -> str:

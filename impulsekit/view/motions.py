@@ -22,6 +22,7 @@ from .stage import Plane
 
 if TYPE_CHECKING:
     from ..impact import Impact
+    from ..motion import Trajectory
     from ..scene import Scene
 
 STEPS = 40
@@ -125,6 +126,7 @@ class Shown:
         impacts: pairs of an instant [s] and an ``Impact``.
         planes: of the world, that contacts touch.
         impact_alone: the impact, if the motion was made up around one.
+        trajectory: the motion, if it knows its forces.
     """
 
     robot: Robot
@@ -134,6 +136,31 @@ class Shown:
     impacts: tuple[tuple[float, Impact], ...]
     planes: tuple[Plane, ...]
     impact_alone: Impact | None = None
+    trajectory: Trajectory | None = None
+
+
+def resting_forces(shown: Shown, times: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """By contact that pushes between impacts, at (T,) ``times``: where, and its resultant.
+
+    Returns:
+        (T, 3) the middle of its points, each as heavy as its force [m], and (T, 3) the force
+        on its first body in world axes [N]; zero, at the last place, while it does not push.
+    """
+    if shown.trajectory is None:
+        return {}
+    found = {}
+    for name, history in shown.trajectory.contacts.items():
+        places, forces = np.full((len(times), 3), np.nan), np.zeros((len(times), 3))
+        for place, force, time in zip(places, forces, times.tolist(), strict=True):
+            where, what = history.points(min(time, shown.end))
+            sizes = np.linalg.norm(what, axis=1)
+            if sizes.sum() > 0.0:
+                force[:], place[:] = what.sum(axis=0), sizes @ where / sizes.sum()
+        acts = np.flatnonzero(np.isfinite(places[:, 0]))
+        if len(acts):
+            last = acts[np.maximum(np.searchsorted(acts, np.arange(len(times)), "right") - 1, 0)]
+            found[name] = places[last], forces
+    return found
 
 
 def shown_motion(motion: Any, span: float | None = None) -> Shown:
@@ -143,6 +170,7 @@ def shown_motion(motion: Any, span: float | None = None) -> Shown:
         InputError: none of these, or one without an instant.
     """
     from ..impact import Impact
+    from ..motion import Trajectory
 
     if span is not None and not 0.0 <= number(span, "replay: span") < np.inf:
         raise RangeError.of("replay: span", span, "0 s or more")
@@ -151,24 +179,19 @@ def shown_motion(motion: Any, span: float | None = None) -> Shown:
     if isinstance(motion, Recording):
         scenes = [impact.scene for _, impact in motion.impacts]
         return _of_recording(motion, planes_of(scenes[0]) if scenes else ())
-    scene = getattr(motion, "scene", None)
-    robot = getattr(scene, "robot", None) or getattr(motion, "robot", None)
-    if not isinstance(robot, Robot) or not hasattr(motion, "t") or not hasattr(motion, "q"):
+    if not isinstance(motion, Trajectory):
         raise InputError(
             f"replay: {a_thing(motion)} cannot be shown; expected a Trajectory, a "
             "Recording or an Impact"
         )
-    sampled = Recording(robot, motion.t, motion.q, getattr(motion, "impacts", ()))
-    shown = _of_recording(sampled, () if scene is None else planes_of(scene))
-    if not callable(getattr(motion, "at", None)):
-        return shown
     return Shown(
-        robot,
-        shown.start,
-        shown.end,
-        lambda times: np.array([_configuration(motion.at(float(t))) for t in times]),
-        shown.impacts,
-        shown.planes,
+        motion.scene.robot,
+        float(motion.t[0]),
+        float(motion.t[-1]),
+        lambda times: np.array([motion.at(float(t))[0] for t in times]),
+        tuple(motion.impacts),
+        planes_of(motion.scene),
+        trajectory=motion,
     )
 
 
@@ -199,8 +222,3 @@ def _of_recording(
     start, end = float(recording.t[0]), float(recording.t[-1])
     impacts = tuple(recording.impacts)
     return Shown(recording.robot, start, end, recording.at, impacts, planes, impact)
-
-
-def _configuration(state: Any) -> np.ndarray:
-    """q out of a state, which is a pair (q, v) or has a ``q``."""
-    return np.asarray(state.q if hasattr(state, "q") else state[0])

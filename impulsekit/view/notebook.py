@@ -209,8 +209,8 @@ def _batch(batch: ImpactBatch) -> str:
 def _replay(replay: Replay) -> str:
     # A frame of its own keeps the page's style, keys and script apart from the notebook's.
     return (
-        f'<iframe title="{html.escape(repr(replay))}" sandbox="allow-scripts" width="100%" '
-        f'height="{FRAME_HEIGHT}" style="border:1px solid #ccd4da" '
+        f'<iframe title="{html.escape(repr(replay))}" sandbox="allow-scripts allow-downloads" '
+        f'width="100%" height="{FRAME_HEIGHT}" style="border:1px solid #ccd4da" '
         f'srcdoc="{html.escape(replay.html)}"></iframe>'
     )
 

@@ -13,6 +13,8 @@ import os
 import pathlib
 import sys
 import webbrowser
+import zlib
+from collections.abc import Sequence
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
@@ -35,10 +37,12 @@ _BAR = """<div id="bar" role="toolbar" aria-label="Playback">
 <button id="next" aria-label="Next impact" title="Next impact (n)"></button>
 <div id="track"><div id="marks"></div>
 <input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="Time"></div>
-<span id="clock" class="clock"></span><span id="pace" class="pace" aria-live="polite"></span>
+<span id="clock" class="clock"></span>
 <select id="speed" aria-label="Speed" title="Speed (+ and -)">{speeds}</select>
 <button id="arrows" aria-pressed="true" title="Show or hide all arrows (a)">Arrows</button>
-<button id="follow" aria-pressed="false" title="The camera goes along (f)">Follow</button>
+<button id="follow" aria-pressed="false" title="Keep what moves in the middle (f)">Follow</button>
+<button id="picture" title="Save this picture as PNG">PNG</button>
+<button id="video" title="Save the whole playback as MP4">MP4</button>
 <button id="fold" aria-expanded="true" aria-controls="legend"
  title="Fold the legend (l)">Legend</button>
 <button id="help" aria-label="Keys" title="Keys (?)">?</button>
@@ -54,46 +58,23 @@ a  arrows    f  follow    l  legend
 r  the first view    g  the player's panel"""
 
 
-def page_of(
-    title: str,
-    commands: list[dict[str, Any]],
-    *,
-    camera: Camera,
-    clock: dict[str, Any] | None,
-    rows: list[dict[str, str]],
-    notes: list[str],
-    play: bool,
-    **facts: Any,
-) -> str:
+def page_of(title: str, commands: Sequence[dict[str, Any]], **facts: Any) -> str:
     """The page.
 
     Args:
         title: the robot's name, as plain text.
         commands: for the player, in their order.
-        camera: the view.
-        clock: playback and motion times of the knots; None for a still picture.
-        rows: of the legend, each with its "text", "short" text, "color" and "group".
-        notes: further lines of the legend.
-        play: whether it starts by itself.
-        facts: more of what ``player.js`` reads: "loop", "impacts", "groups", "arrows",
-            "bodies" and "followed".
+        facts: what ``player.js`` and ``film.js`` read: the "camera" in the player's axes; the
+            "clock" with playback and motion times of its knots, None for a still picture;
+            "rows" of the legend and its "notes"; "play", "loop", "fps", "frames", "hold";
+            "impacts", "forces", "groups", "arrows", "labels" and "followed".
     """
-    facts |= {
-        "root": ROOT,
-        "title": title,
-        "camera": camera.in_player(),
-        "suns": list(SUNS),
-        "clock": clock,
-        "rows": rows,
-        "notes": notes,
-        "play": play,
-    }
+    facts |= {"root": ROOT, "title": title, "suns": list(SUNS)}
     # Inside a script element only "<" can end it or begin a comment.
     text = json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
-    blocks = "\n".join(
-        f'<script type="text/plain" class="command">{base64.b64encode(packed(c)).decode()}</script>'
-        for c in commands
-    )
+    blocks = [packed(command) for command in commands]
+    whole = b"".join(len(block).to_bytes(4, "big") + block for block in blocks)
+    deflated = base64.b64encode(zlib.compress(whole, 9)).decode()
     speeds = "".join(
         f'<option value="{x}"{" selected" if x == 1 else ""}>{x}×</option>' for x in _SPEEDS
     )
@@ -109,13 +90,15 @@ def page_of(
 </head>
 <body>
 <div id="meshcat-pane"></div>
+<div id="values"><span id="pace"></span><span id="said" aria-live="polite"></span></div>
 <div id="legend"></div>
 {_BAR.format(speeds=speeds)}<div id="name" hidden></div>
 <div id="keys" hidden>{_KEYS}</div>
 <script type="application/json" id="replay">{text}</script>
-{blocks}
+<script type="text/plain" id="commands">{deflated}</script>
 <script>{player_script()}</script>
 <script>{_beside("player.js")}</script>
+<script>{_beside("film.js")}</script>
 </body>
 </html>
 """

@@ -30,24 +30,14 @@ class Player {
   constructor() {
     this.animator = viewer.animator;
     this.clock = replay.clock;
-    this.impacts = replay.impacts.map(Math.fround);
-    this.frames = this.#frames();
+    this.impacts = [...new Set(replay.impacts.map(hit => Math.fround(hit.time)))];
+    this.frames = this.duration ? replay.frames : [];
     this.dragging = false;
     this.resume = false;
   }
 
   get time() { return this.animator.time; }
   get duration() { return this.animator.duration; }
-
-  // The tracks keep single precision, so do the times of their keys.
-  #frames() {
-    let longest = [];
-    for (const action of this.animator.actions)
-      for (const track of action.getClip().tracks)
-        if (track.name !== ".visible" && track.times.length > longest.length)
-          longest = track.times;
-    return longest;
-  }
 
   // Between two frames a pose is interpolated; at a frame it is exact.
   nearestFrame(t) {
@@ -101,6 +91,23 @@ class Player {
     const near = 1e-6 * Math.max(this.duration, 1e-3);
     return this.impacts.findIndex(t => Math.abs(t - this.time) <= near);
   }
+
+  // The impulses of the impact whose arrows are shown, or the forces that act between impacts.
+  get said() {
+    const near = 1e-6 * Math.max(this.duration, 1e-3);
+    const hits = replay.impacts.filter(
+      hit => Math.fround(hit.time) <= this.time + near && this.time < hit.end + near);
+    if (hits.length) return hits.map(hit => hit.said).filter(said => said).join("; ");
+    return replay.forces.map(force => [force.name, this.force(force)])
+      .filter(([, size]) => size > 0)
+      .map(([name, size]) => name + ": " + size + " N").join("; ");
+  }
+
+  // The size of a contact force at this moment [N].
+  force({ times, sizes }) {
+    const i = times.findIndex(t => t >= this.time);
+    return sizes[i < 0 ? sizes.length - 1 : i];
+  }
 }
 
 // ---- the picture -------------------------------------------------------------------------
@@ -109,12 +116,13 @@ class Stage {
   constructor() {
     this.view = replay.camera;
     this.following = false;
-    this.last = null;
     this.followed = replay.followed;
-    this.names = new Map(replay.bodies.map(([path, text]) => [nodeAt(path).object, text]));
-    this.roots = replay.followed.map(([path]) => path);
+    this.names = new Map(replay.labels.map(([path, text]) => [nodeAt(path).object, text]));
+    this.fading = new Map();
     const render = viewer.render.bind(viewer);
-    viewer.render = () => { this.#follow(); render(); };
+    this.draw = () => { this.#follow(); this.#fade(); render(); };
+    this.filming = false;
+    viewer.render = () => { if (!this.filming) this.draw(); };
     this.reset();
     for (const name of replay.suns) {
       // A sun shines on the middle of the picture, not on the origin.
@@ -130,7 +138,6 @@ class Stage {
     viewer.camera.position.set(...this.view.position);
     viewer.controls.target.set(...this.view.target);
     viewer.controls.update();
-    this.last = null;
     viewer.set_dirty();
   }
 
@@ -150,32 +157,62 @@ class Stage {
 
   follow(on) {
     this.following = on;
-    this.last = null;
     viewer.set_dirty();
   }
 
+  // What is followed stays in the middle: the camera keeps its distance and direction.
   #follow() {
-    if (!this.following) return;
-    const now = this.centre();
-    if (now && this.last) {
-      const moved = now.clone().sub(this.last);
-      viewer.camera.position.add(moved);
-      viewer.controls.target.add(moved);
-    }
-    this.last = now;
+    const now = this.following ? this.centre() : null;
+    if (!now) return;
+    const moved = now.sub(viewer.controls.target);
+    viewer.camera.position.add(moved);
+    viewer.controls.target.add(moved);
+    viewer.camera.lookAt(viewer.controls.target);
   }
 
-  // The name of the body under a point of the window, or null.
+  // Before the arrows of an impact go they fade.
+  #fade() {
+    for (const [number, { time, end }] of replay.impacts.entries()) {
+      const last = 0.4 * (end - time);
+      const now = viewer.animator.time;
+      const left = end < viewer.animator.duration && now >= time && now <= end && last > 0
+        ? Math.min(1, (end - now) / last) : 1;
+      if (left === (this.fading.get(number) ?? 1)) continue;
+      this.fading.set(number, left);
+      nodeAt(replay.root + "/impacts/" + number).object.traverse(({ material }) => {
+        if (!material) return;
+        const own = material.userData;
+        own.opacity ??= material.opacity;
+        own.transparent ??= material.transparent;
+        material.opacity = left * own.opacity;
+        material.transparent = own.transparent || left < 1;
+      });
+    }
+  }
+
+  // The name of what is under a point of the window, or null; arrows and marks come first.
   nameAt(x, y) {
     const frame = viewer.renderer.domElement.getBoundingClientRect();
     const point = new MeshCat.THREE.Vector2(
       2 * (x - frame.left) / frame.width - 1, 1 - 2 * (y - frame.top) / frame.height);
     const ray = new MeshCat.THREE.Raycaster();
     ray.setFromCamera(point, viewer.camera);
-    for (const hit of ray.intersectObject(nodeAt(replay.root + "/bodies").object, true))
-      for (let object = hit.object; object; object = object.parent)
-        if (this.names.has(object)) return this.names.get(object);
+    for (const parts of [["impacts", "forces"], ["traces", "bodies"]])
+      for (const hit of ray.intersectObjects(
+        parts.map(part => nodeAt(replay.root + "/" + part).object), true)) {
+        const name = this.#nameOf(hit.object);
+        if (name !== null) return name;
+      }
     return null;
+  }
+
+  #nameOf(object) {
+    let found = null;
+    for (; object; object = object.parent) {
+      if (!object.visible) return null;
+      found ??= this.names.get(object) ?? null;
+    }
+    return found;
   }
 
   // What a node holds is hidden below it: whether the node itself shows, the tracks decide.
@@ -185,7 +222,8 @@ class Stage {
   }
 
   showArrows(on) {
-    nodeAt(replay.root + "/impacts").object.visible = on;
+    for (const part of ["impacts", "forces"])
+      nodeAt(replay.root + "/" + part).object.visible = on;
     viewer.set_dirty();
   }
 }
@@ -236,7 +274,7 @@ function buildBar(player, stage) {
   const slider = byId("time");
   slider.max = String(player.duration || 1);
   const moves = Boolean(player.duration && replay.clock);
-  for (const id of ["play", "time", "speed"]) byId(id).disabled = !moves;
+  for (const id of ["play", "time", "speed", "video"]) byId(id).disabled = !moves;
   for (const id of ["next", "previous"])
     byId(id).disabled = !(moves && player.impacts.length);
   icon(byId("next"), "next");
@@ -255,6 +293,8 @@ function buildBar(player, stage) {
       byId("fold").setAttribute("aria-expanded", String(!legend.hidden));
       viewer.set_3d_pane_size();
     },
+    picture: () => films.press("picture"),
+    video: () => films.press("video"),
     help: () => { byId("keys").hidden = !byId("keys").hidden; },
   };
   for (const [id, act] of Object.entries(acts))
@@ -337,7 +377,7 @@ function nameOnHover(stage) {
 }
 
 function keepShowing(player) {
-  const [clock, pace, slider] = [byId("clock"), byId("pace"), byId("time")];
+  const [clock, pace, said, slider] = ["clock", "pace", "said", "time"].map(byId);
   let playing = null;
   const show = () => {
     const t = player.time;
@@ -350,6 +390,8 @@ function keepShowing(player) {
       ? "impact " + (here + 1) + " of " + player.impacts.length
       : "at " + speed + "×";
     pace.title = speed + " s of the motion in each second";
+    const words = player.said;
+    if (said.textContent !== words) said.textContent = said.title = words;
     if (!player.dragging) slider.value = String(t);
     slider.setAttribute("aria-valuetext", clock.textContent);
     if (playing !== player.animator.playing) {
@@ -367,30 +409,46 @@ function keepShowing(player) {
 
 let stage = null;
 let player = null;
-buildLegend(() => stage);
-try {
-  viewer = new MeshCat.Viewer(byId("meshcat-pane"));
-  // Its own measure is the window's height, of which the bar and the legend take a part.
-  const fit = viewer.set_3d_pane_size;
-  const pane = byId("meshcat-pane");
-  viewer.set_3d_pane_size = (width = pane.offsetWidth, height = pane.offsetHeight) =>
-    fit.call(viewer, width, Math.max(height, 1));
-  for (const block of document.querySelectorAll("script.command")) {
-    const bytes = Uint8Array.from(atob(block.textContent), c => c.charCodeAt(0));
-    viewer.handle_command_bytearray(bytes);
+
+// The commands lie deflated one after another, each behind its length of four bytes.
+async function load() {
+  const bytes = Uint8Array.from(atob(byId("commands").textContent), c => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const whole = await new Response(stream).arrayBuffer();
+  const view = new DataView(whole);
+  for (let at = 0; at < whole.byteLength;) {
+    const length = view.getUint32(at);
+    viewer.handle_command_bytearray(new Uint8Array(whole, at + 4, length));
+    at += 4 + length;
   }
-  stage = new Stage();
-  player = new Player();
-  listenToKeys(player, stage, buildBar(player, stage));
-  nameOnHover(stage);
-  if (!replay.play) viewer.animator.pause();
-  if (replay.clock) keepShowing(player); else icon(byId("play"), "play");
-  viewer.set_3d_pane_size();
-  viewer.set_dirty();
-} catch (error) {
-  element("div", {
-    id: "trouble",
-    textContent: "This page needs WebGL, which this browser does not offer: " + error,
-  }, document.body);
-  throw error;
 }
+
+async function start() {
+  buildLegend(() => stage);
+  try {
+    viewer = new MeshCat.Viewer(byId("meshcat-pane"));
+    // Its own measure is the window's height, of which the bar and the legend take a part.
+    const fit = viewer.set_3d_pane_size;
+    const pane = byId("meshcat-pane");
+    viewer.set_3d_pane_size = (width = pane.offsetWidth, height = pane.offsetHeight) =>
+      fit.call(viewer, width, Math.max(height, 1));
+    await load();
+    stage = new Stage();
+    player = new Player();
+    listenToKeys(player, stage, buildBar(player, stage));
+    nameOnHover(stage);
+    if (!replay.play) viewer.animator.pause();
+    if (replay.clock) keepShowing(player); else icon(byId("play"), "play");
+    viewer.set_3d_pane_size();
+    viewer.set_dirty();
+    window.ready = true;
+  } catch (error) {
+    element("div", {
+      id: "trouble",
+      textContent: "This page needs WebGL, which this browser does not offer: " + error,
+    }, document.body);
+    throw error;
+  }
+}
+
+start();

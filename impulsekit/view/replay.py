@@ -21,12 +21,15 @@ from .actors import Actors
 from .bodies import robot_colors
 from .drawing import Drawing
 from .effects import draw_effects, legend_row
+from .film import draw_films, wished
 from .motions import Shown, shown_motion
 from .page import page_of, send_to, show_page
-from .stage import draw_stage, fitting_camera
+from .stage import camera_of, draw_stage
 from .timeline import Timeline
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ..impact import Impact
     from ..measured.recording import Recording
     from ..motion import Trajectory
@@ -93,10 +96,15 @@ def replay(
     loop: bool = True,
     play: bool = True,
     title: str | None = None,
+    camera: str | ArrayLike | None = None,
+    video: str | os.PathLike[str] | None = None,
+    picture: str | os.PathLike[str] | None = None,
+    size: tuple[int, int] = (1280, 720),
 ) -> Replay:
-    """Write a moving page of a motion, or of an impact with a short coast before and after it.
+    """Write an interactive page of a motion, or of an impact with a short coast around it.
 
     The page is one file and needs only a browser with WebGL: no server, no port, no network.
+    Between impacts it shows the force of every contact that pushes, of a ``Trajectory``.
 
     Args:
         motion: a ``Trajectory`` of ``simulate``, a ``Recording``, or an ``Impact``.
@@ -118,13 +126,20 @@ def replay(
         loop: start again at the end.
         play: start when the page opens.
         title: title of the page; by default the robot's name.
+        camera: "front" (from +x), "back", "left" (from +y), "right" or "top"; a place (x, y, z),
+            or a pair of a place and a target [m]; None for a view that fits.
+        video: path of an MP4 of the whole playback, drawn by a headless Chromium.
+        picture: path of a PNG at the first impact, or of the middle where there is none.
+        size: width and height of video and picture [px], both even.
 
     Raises:
-        InputError: the motion has no instant, or is of another type; a page without a path.
-        RangeError: a rate, window or ghost outside its range.
+        InputError: the motion has no instant, or is of another type; a page without a path; a
+            video that does not end in .mp4, a picture that does not end in .png.
+        RangeError: a rate, window, ghost or size outside its range.
         UnknownNameError: a joint or frame that the robot does not have.
         FileError: the page cannot be written.
-        MissingExtraError: meshcat is not installed.
+        MissingExtraError: meshcat is not installed; for a video or picture, playwright or a
+            Chromium is missing.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
@@ -137,6 +152,7 @@ def replay(
     """
     if html is not None:
         check_writable(path_of(html, "replay: the page"))
+    wishes = wished(video, picture, size)
     shown = shown_motion(motion, span)
     if speed is None:
         speed = 1.0 if shown.impact_alone is None else _stretched(shown)
@@ -156,39 +172,43 @@ def replay(
     effects = draw_effects(
         drawing,
         shown,
-        actors,
         timeline,
+        actors.reach,
         points=report_points(points, "replay: points"),
         velocities=velocities,
         reactions=reactions if isinstance(reactions, bool) else list(reactions),
         traces=report_points(traces, "replay: traces"),
         hold=None if shown.impact_alone is not None else hold,
     )
-    seen = np.concatenate([actors.corners, effects.corners])
-    camera = fitting_camera(seen, shown.planes)
-    draw_stage(drawing, seen, shown.planes, camera, actors.corners)
+    seen = np.concatenate([actors.corners, *effects.ends])
+    view = camera_of(camera, seen, actors.subject, shown.planes)
+    draw_stage(drawing, seen, shown.planes, view, actors.corners)
     animation = drawing.animation(timeline.duration, loop=loop)
     commands = [*drawing.commands, *([animation] if animation else [])]
     notes = (*actors.notes, *effects.notes)
-    name = shown.robot.name if title is None else title
     text = page_of(
-        name,
+        shown.robot.name if title is None else title,
         commands,
-        camera=camera,
+        camera=view.in_player(),
         clock=_clock(timeline),
         rows=[*_robot_rows(shown.robot), *effects.rows],
-        notes=list(notes),
+        notes=notes,
         play=play,
         loop=loop,
-        impacts=sorted({float(timeline.to_playback(t)) for t in instants}),
+        fps=fps,
+        frames=times.astype(np.float32).tolist(),
+        hold=hold,
+        impacts=effects.impacts,
+        forces=effects.forces,
         groups=effects.groups,
-        arrows=bool(effects.arrows),
-        bodies=actors.names,
+        arrows=bool(effects.groups),
+        labels=[*effects.labels, *actors.names],
         followed=actors.followed,
     )
     page = _written(text, html, open)
+    draw_films(text, wishes)
     if viewer is not None:
-        send_to(viewer, commands, camera)
+        send_to(viewer, commands, view)
     return Replay(
         times, motion_times, actors.nodes, effects.arrows, notes, tuple(commands), text, page
     )

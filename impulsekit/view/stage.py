@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
+from ..errors import InputError, RangeError, quoted
 from .drawing import Drawing, node_name
-from .surfaces import Surface
+from .surfaces import mesh
 
 # [m] The extent of what is flat, to divide by.
 LEAST_EXTENT = 1e-9
@@ -40,6 +42,9 @@ SUNS = {
     "impulsekit fill": ((-0.8, -0.4, 0.35), 0.14),
 }
 LINES = (0.66, 0.69, 0.72)
+# A square about the origin with edges of 2.
+SQUARE = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
 # A scene whose thinnest extent is below this share of the next is flat: it is seen from its front.
 FLAT = 0.35
 # Lines of the grid are at most this share of the radius apart.
@@ -73,15 +78,76 @@ class Camera:
         return {name: _y_up(getattr(self, name)) for name in names}
 
 
-def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
-    """A camera that sees all of the (n, 3) points, flat scenes from their broad side.
+# Where the camera stands, by name: along the world's axes.
+VIEWS = {
+    "front": (1.0, 0.0, 0.12),
+    "back": (-1.0, 0.0, 0.12),
+    "left": (0.0, 1.0, 0.12),
+    "right": (0.0, -1.0, 0.12),
+    "top": (0.0, -1e-3, 1.0),
+}
 
-    It takes a picture of any shape from square to twice as wide as high, and stands in
-    front of the ``planes``.
+
+def camera_of(
+    view: Any, points: np.ndarray, subject: np.ndarray, planes: Sequence[Plane] = ()
+) -> Camera:
+    """The camera that ``replay`` was asked for: by name, by place, or None for a fitting one.
+
+    Raises:
+        InputError: no name of a view, no place, and no pair of places.
+        RangeError: the camera stands at its own target.
+    """
+    if view is None:
+        return fitting_camera(points, subject, planes)
+    if isinstance(view, str):
+        if view not in VIEWS:
+            raise RangeError.of("replay: camera", quoted(view), ", ".join(map(quoted, VIEWS)))
+        return fitting_camera(points, subject, planes, np.array(VIEWS[view]))
+    pair = np.asarray(view, dtype=float) if np.shape(view) in ((3,), (2, 3)) else None
+    if pair is None or not np.isfinite(pair).all():
+        raise InputError(
+            "replay: camera must be a place (x, y, z) [m], a pair of a place and a target, or "
+            f"one of {', '.join(map(quoted, VIEWS))}; got {view!r}"
+        )
+    low, high = subject.min(axis=0), subject.max(axis=0)
+    place, target = pair if pair.ndim == 2 else (pair, 0.5 * (low + high))
+    if np.linalg.norm(place - target) < LEAST_DISTANCE:
+        raise RangeError.of("replay: camera", list(place), "a place apart from its target")
+    up = np.array([0.0, 0.0, 1.0])
+    return Camera(place, target, up)
+
+
+def fitting_camera(
+    points: np.ndarray,
+    subject: np.ndarray,
+    planes: Sequence[Plane] = (),
+    direction: np.ndarray | None = None,
+) -> Camera:
+    """A camera that sees all of the (n, 3) points, with the (m, 3) ``subject`` in the middle.
+
+    It takes a picture of any shape from square to twice as wide as high, sees flat scenes from
+    their broad side, and stands in front of the ``planes``; a ``direction`` is kept as it is.
     """
     up = np.array([0.0, 0.0, 1.0])
     if planes and not any(plane.normal[2] > 0.5 for plane in planes):
         up = planes[0].normal
+    if direction is None:
+        direction = _fitting_direction(points, planes, up)
+    direction = direction / np.linalg.norm(direction)
+    right = np.cross(up, direction)
+    right /= np.linalg.norm(right)
+    across = np.cross(direction, right)
+    target = 0.5 * (subject.min(axis=0) + subject.max(axis=0))
+    corners = points - target
+    # A little space is left around everything.
+    tangent = math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / 1.15
+    needed = np.maximum(np.abs(corners @ right) / 1.15, np.abs(corners @ across)) / tangent
+    distance = float((corners @ direction + needed).max())
+    return Camera(target + max(distance, LEAST_DISTANCE) * direction, target, up)
+
+
+def _fitting_direction(points: np.ndarray, planes: Sequence[Plane], up: np.ndarray) -> np.ndarray:
+    """The direction from which a scene is seen best."""
     axes = _triad(up)
     low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
     extents = np.maximum(high - low, LEAST_EXTENT)
@@ -99,16 +165,7 @@ def fitting_camera(points: np.ndarray, planes: Sequence[Plane] = ()) -> Camera:
         facing = float(direction @ plane.normal)
         if facing < 0.0:
             direction = direction - 2.0 * facing * plane.normal
-    right = np.cross(up, direction)
-    right /= np.linalg.norm(right)
-    across = np.cross(direction, right)
-    target = axes @ (0.5 * (low + high))
-    corners = points - target
-    # The legend covers some of the picture, so a little room is left.
-    tangent = math.tan(math.radians(0.5 * FIELD_OF_VIEW)) / 1.15
-    needed = np.maximum(np.abs(corners @ right) / 1.15, np.abs(corners @ across)) / tangent
-    distance = float((corners @ direction + needed).max())
-    return Camera(target + max(distance, LEAST_DISTANCE) * direction, target, up)
+    return direction
 
 
 def draw_stage(
@@ -147,10 +204,10 @@ def draw_stage(
             np.eye(3), np.array([0.0, 0.0, -SUNK * radius])
         )
         path = ("stage", node_name(i, "plane"))
-        square = _square(size)
-        drawing.add((*path, "surface"), square, GROUND if solid else WALL, one_sided=solid)
+        color, half = GROUND if solid else WALL, 0.5 * size
+        drawing.add((*path, "surface"), mesh(half * SQUARE, FACES), color, one_sided=solid)
         if solid:
-            below = Surface(square.vertices, square.faces[:, ::-1])
+            below = mesh(half * SQUARE, FACES[:, ::-1])
             drawing.add((*path, "from below"), below, GROUND_FROM_BELOW)
         drawing.add_lines((*path, "grid"), _grid(size, radius, placement), LINES)
         drawing.place(path, placement)
@@ -205,12 +262,6 @@ def _lights(drawing: Drawing, middle: np.ndarray, radius: float, up: np.ndarray)
         if i > 0:
             # The player lets every object cast shadows; one sun is enough.
             drawing.set(f"{path}/<object>", "castShadow", False)
-
-
-def _square(size: float) -> Surface:
-    half = 0.5 * size
-    corners = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]])
-    return Surface(corners, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 def grid_step(radius: float) -> float:

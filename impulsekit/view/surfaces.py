@@ -1,105 +1,117 @@
-"""Surfaces of triangles: the simple bodies, arrows, tubes and marks that a replay draws."""
+"""Surfaces in the player's own terms: simple bodies, meshes, arrows, tubes and marks."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-# A vector shorter than this has no direction.
-NO_DIRECTION = 1e-9
-
 SEGMENTS = 32
+# umsgpack's and the player's codes of typed arrays.
+_CODES = {"float32": ("Float32Array", 0x17), "uint32": ("Uint32Array", 0x16)}
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles in a frame of their own.
+    """A geometry as three.js writes one, in a frame of its own.
 
     Attributes:
-        vertices: (n, 3) [m].
-        faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
-        colors: (n, 3) red, green, blue in [0, 1]; None for one colour throughout.
-        smooth: False shades each triangle flat, which keeps the edges of CAD parts.
+        geometry: its JSON, without an identifier.
+        corners: (8, 3) the corners of the box around it, along its axes [m].
+        turn: (4, 4) where the geometry is in the surface's frame.
+        colored: whether its vertices have colours of their own.
     """
 
-    vertices: np.ndarray
-    faces: np.ndarray
-    colors: np.ndarray | None = None
-    smooth: bool = True
+    geometry: dict[str, Any]
+    corners: np.ndarray
+    turn: np.ndarray = field(default_factory=lambda: np.eye(4))
+    colored: bool = False
 
-    @cached_property
-    def corners(self) -> np.ndarray:
-        """(8, 3) the corners of the box around it, along its axes [m]."""
-        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
-        pick = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)], dtype=bool)
-        return np.where(pick, high, low)
+    @property
+    def flat(self) -> bool:
+        """Whether each triangle is shaded flat, which keeps the edges of CAD parts."""
+        return "data" in self.geometry
+
+
+def corners_between(low: Any, high: Any) -> np.ndarray:
+    """(8, 3) the corners of a box along the axes, from its least and its greatest [m]."""
+    pick = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)], dtype=bool)
+    return np.where(pick, high, low)
+
+
+def typed(values: np.ndarray) -> Any:
+    """Numbers as a typed array of the player, of 4 bytes each."""
+    import umsgpack
+
+    return umsgpack.Ext(_CODES[values.dtype.name][1], np.ascontiguousarray(values).tobytes())
+
+
+def mesh(vertices: np.ndarray, faces: np.ndarray, colors: np.ndarray | None = None) -> Surface:
+    """Triangles: (n, 3) vertices [m], (m, 3) faces, counter-clockwise from outside, and colours."""
+
+    def packed(values: np.ndarray, dtype: str, size: int) -> dict[str, Any]:
+        array = np.asarray(values, dtype=dtype)
+        kind = _CODES[dtype][0]
+        return {"itemSize": size, "type": kind, "array": typed(array), "normalized": False}
+
+    attributes = {"position": packed(vertices, "float32", 3)}
+    if colors is not None:
+        attributes["color"] = packed(colors, "float32", 3)
+    data = {"attributes": attributes, "index": packed(faces, "uint32", 1)}
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    corners = corners_between(low, high)
+    return Surface({"type": "BufferGeometry", "data": data}, corners, colored=colors is not None)
 
 
 def box(lengths: np.ndarray) -> Surface:
-    """A box about the origin with the (3,) edge ``lengths`` [m].
-
-    Example:
-        >>> box(np.array([1.0, 2.0, 3.0])).faces.shape
-        (12, 3)
-    """
-    vertices: list[np.ndarray] = []
-    faces: list[list[int]] = []
-    for axis in range(3):
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        for side in (-1.0, 1.0):
-            start = len(vertices)
-            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                corner = np.zeros(3)
-                corner[[axis, u, v]] = side, a * side, b
-                vertices.append(0.5 * corner * lengths)
-            faces += [[start, start + 1, start + 2], [start, start + 2, start + 3]]
-    return Surface(np.array(vertices), np.array(faces))
+    """A box about the origin with the (3,) edge ``lengths`` [m]."""
+    x, y, z = map(float, lengths)
+    half = 0.5 * np.asarray(lengths)
+    geometry = {"type": "BoxGeometry", "width": x, "height": y, "depth": z}
+    return Surface(geometry, corners_between(-half, half))
 
 
 def lathe(profile: Any, segments: int = SEGMENTS) -> Surface:
     """The surface that a (p, 2) ``profile`` of radius and height [m] sweeps about the z axis.
 
     A point that stands twice in a row is an edge, which stays sharp.
+
+    Example:
+        >>> lathe([(0.5, 0.0), (0.5, 2.0)]).corners[-1].tolist()
+        [0.5, 0.5, 2.0]
     """
     profile = np.asarray(profile, dtype=float).reshape(-1, 2)
-    angles = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
-    ring = np.array([np.cos(angles), np.sin(angles)]).T
-    vertices = np.concatenate(
-        [np.column_stack([radius * ring, np.full(segments, z)]) for radius, z in profile]
-    )
-    here = np.arange(segments)
-    there = np.roll(here, -1)
-    faces = []
-    for i in range(len(profile) - 1):
-        if np.array_equal(profile[i], profile[i + 1]):
-            continue
-        low, high = i * segments, (i + 1) * segments
-        if profile[i, 0] > 0.0:
-            faces.append(np.column_stack([low + here, low + there, high + there]))
-        if profile[i + 1, 0] > 0.0:
-            faces.append(np.column_stack([low + here, high + there, high + here]))
-    return Surface(vertices, np.concatenate(faces))
+    points = [{"x": x, "y": y} for x, y in profile.tolist()]
+    radius, (low, high) = profile[:, 0].max(), (profile[:, 1].min(), profile[:, 1].max())
+    geometry = {
+        "type": "LatheGeometry",
+        "points": points,
+        "segments": segments,
+        "phiStart": 0.0,
+        "phiLength": 2.0 * np.pi,
+    }
+    # The player turns profiles about its y axis.
+    turn = np.eye(4)
+    turn[:3, :3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    corners = corners_between([-radius, -radius, low], [radius, radius, high])
+    return Surface(geometry, corners, turn)
 
 
 def ellipsoid(radii: np.ndarray) -> Surface:
     """An ellipsoid about the origin with the (3,) half-axes ``radii`` [m]."""
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, SEGMENTS // 2 + 1)
-    profile = np.column_stack([np.cos(angles), np.sin(angles)])
-    profile[[0, -1], 0] = 0.0
-    ball = lathe(profile)
-    return Surface(ball.vertices * radii, ball.faces)
+    ball = lathe(np.column_stack([np.maximum(np.cos(angles), 0.0), np.sin(angles)]))
+    scale = np.diag([*map(float, radii), 1.0])
+    return replace(ball, corners=ball.corners * radii, turn=scale @ ball.turn)
 
 
 def rounded(radius: float, half_length: float) -> Surface:
     """A capsule along z: a cylinder of twice the ``half_length`` with round ends [m]."""
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, SEGMENTS // 2 + 2)
     heights = radius * np.sin(angles) + np.where(angles > 0.0, half_length, -half_length)
-    profile = np.column_stack([radius * np.cos(angles), heights])
-    profile[[0, -1], 0] = 0.0
-    return lathe(profile)
+    return lathe(np.column_stack([radius * np.maximum(np.cos(angles), 0.0), heights]))
 
 
 def cylinder(radius: float, half_length: float, top_radius: float | None = None) -> Surface:
@@ -124,50 +136,22 @@ def arrow(length: float, width: float, heads: int = 1) -> Surface:
     return lathe(profile, 20)
 
 
-def disc(radius: float, thickness: float) -> Surface:
-    """A flat round mark on the xy plane, its normal along z [m]."""
-    flat = cylinder(radius, 0.5 * thickness)
-    return Surface(flat.vertices, flat.faces)
-
-
-def tube(points: np.ndarray, radius: float, sides: int = 6) -> Surface:
+def tube(points: np.ndarray, radius: float) -> Surface:
     """A tube of ``radius`` along the (n, 3) ``points`` [m], n of 2 or more."""
-    tangents = np.gradient(points, axis=0)
-    lengths = np.linalg.norm(tangents, axis=1, keepdims=True)
-    tangents = tangents / np.where(lengths > 0.0, lengths, 1.0)
-    # Any direction across will do; carried along so that the tube does not twist.
-    across = np.zeros_like(points)
-    last = np.eye(3)[int(np.argmin(np.abs(tangents[0])))]
-    for i, tangent in enumerate(tangents):
-        sideways = last - tangent * tangent.dot(last)
-        size = float(np.linalg.norm(sideways))
-        if size > NO_DIRECTION:
-            last = sideways / size
-        across[i] = last
-    upright = np.cross(tangents, across)
-    angles = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
-    rings = (
-        points[:, None]
-        + radius * np.cos(angles)[:, None] * across[:, None]
-        + radius * np.sin(angles)[:, None] * upright[:, None]
-    )
-    here = np.arange(sides)
-    there = np.roll(here, -1)
-    faces = []
-    for i in range(len(points) - 1):
-        low, high = i * sides, (i + 1) * sides
-        faces.append(np.column_stack([low + here, low + there, high + there]))
-        faces.append(np.column_stack([low + here, high + there, high + here]))
-    return Surface(rings.reshape(-1, 3), np.concatenate(faces))
-
-
-def merged(surfaces: list[Surface]) -> Surface:
-    """Several surfaces as one, each keeping its colours if all have some."""
-    starts = np.cumsum([0, *(len(s.vertices) for s in surfaces[:-1])])
-    colors = [s.colors for s in surfaces]
-    return Surface(
-        np.concatenate([s.vertices for s in surfaces]),
-        np.concatenate([s.faces + k for s, k in zip(surfaces, starts, strict=True)]),
-        None if any(c is None for c in colors) else np.concatenate(colors),  # type: ignore[arg-type]
-        all(s.smooth for s in surfaces),
-    )
+    points = np.asarray(points, dtype=float)
+    line: Sequence[Any] = [point.tolist() for point in points]
+    geometry = {
+        "type": "TubeGeometry",
+        "path": {
+            "type": "CatmullRomCurve3",
+            "points": line,
+            "closed": False,
+            "curveType": "centripetal",
+            "arcLengthDivisions": 2 * len(points),
+        },
+        "tubularSegments": len(points) - 1,
+        "radius": radius,
+        "radialSegments": 6,
+        "closed": False,
+    }
+    return Surface(geometry, corners_between(points.min(axis=0), points.max(axis=0)))

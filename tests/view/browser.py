@@ -13,21 +13,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
+from impulsekit.view.film import BROWSERS, FLAGS
+
+# No word to the network, besides what the films of pages are drawn with.
+QUIET = [
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--hide-scrollbars",
 ]
-NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 LOCAL = ("file:", "data:", "blob:")
 
 # The matrix of a node in the world, with z up as in the scene instead of y as in the player.
@@ -54,7 +49,7 @@ _SHOWN = """(path) => {
 
 def chromium() -> str:
     """The browser's path. Without one a test is skipped, but in CI it fails."""
-    found = next((path for name in NAMES if (path := shutil.which(name))), None)
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         sentence = "no chromium: pages cannot be opened (apt-get install chromium)"
         if os.environ.get("CI"):
@@ -78,6 +73,7 @@ class OpenPage:
     def open(self, path: pathlib.Path) -> None:
         """Load a page from a file."""
         self.page.goto(path.resolve().as_uri())
+        self.page.wait_for_function("() => window.ready", timeout=30_000)
         self.run("() => viewer.animator.pause()")
 
     def leave(self) -> None:
@@ -120,7 +116,7 @@ def browser() -> Iterator[OpenPage]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=path, args=FLAGS)
+        started = driver.chromium.launch(executable_path=path, args=[*FLAGS, *QUIET])
         try:
             context = started.new_context(viewport={"width": 800, "height": 500})
             page = context.new_page()

@@ -128,7 +128,7 @@ def test_a_replay_moves_in_a_frame_of_its_own(things, page, tmp_path):
     parser = parsed(shown._repr_html_(), {"iframe"})
     frame = parser.attributes["iframe"]
     assert frame["srcdoc"] == shown.html
-    assert frame["sandbox"] == "allow-scripts"
+    assert frame["sandbox"] == "allow-scripts allow-downloads"
     notebook = tmp_path / "notebook.html"
     notebook.write_text(f"<!DOCTYPE html><title>n</title>{shown._repr_html_()}", encoding="utf-8")
     page.page.goto(notebook.as_uri())

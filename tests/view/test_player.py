@@ -159,26 +159,34 @@ def test_arrows_can_be_hidden_together_and_by_kind(opened):
     assert page.shown(blow)
     kind = page.page.locator("#legend button.row", has_text=re.compile("^impulse"))
     kind.click()
-    assert not page.shown(f"{blow}/solid")
+    assert not page.shown(f"{blow}/<object>")
     others = [path for paths in shown.arrows.values() for path in paths if "/0/" in path]
     after = next(path for path in others if " after " in path)
-    assert page.shown(f"{after}/solid")
+    assert page.shown(f"{after}/<object>")
     kind.click()
-    assert page.shown(f"{blow}/solid")
+    assert page.shown(f"{blow}/<object>")
 
 
-def on_screen(page, path):
-    """Where a node's origin is in the window [px]."""
+def on_screen(page, path, share=0.0):
+    """Where a point of a node is in the window [px]: at this share of its greatest z."""
     return page.run(
-        """path => {
+        """([path, share]) => {
             const node = viewer.scene_tree.find(path.split("/").filter(x => x)).object;
-            const place = new MeshCat.THREE.Vector3().setFromMatrixPosition(node.matrixWorld);
+            let top = 0;
+            if (share) node.traverse(({ geometry }) => {
+                if (!geometry) return;
+                // Arrows are profiles about the y axis of their geometry.
+                geometry.computeBoundingBox();
+                top = geometry.boundingBox.max.y;
+            });
+            const place = new MeshCat.THREE.Vector3(0, 0, share * top);
+            place.applyMatrix4(node.matrixWorld);
             place.project(viewer.camera);
             const box = viewer.renderer.domElement.getBoundingClientRect();
             return [box.left + 0.5 * (1 + place.x) * box.width,
                     box.top + 0.5 * (1 - place.y) * box.height];
         }""",
-        path,
+        [path, share],
     )
 
 
@@ -193,3 +201,120 @@ def test_a_body_says_its_name_under_the_mouse(opened):
     assert page.page.locator("#name").is_visible()
     page.page.mouse.move(5, 5)
     page.page.wait_for_function("() => document.getElementById('name').hidden", timeout=20_000)
+
+
+def test_an_arrow_says_its_value_under_the_mouse_and_in_the_bar(opened, motion):
+    page, shown = opened
+    page.page.get_by_role("button", name="Next impact").click()
+    (_, impact), *_ = motion.impacts
+    said = f"floor: {np.linalg.norm(impact.contacts['floor'].impulse):.3g} N s, sliding"
+    page.page.wait_for_function(
+        "said => document.getElementById('said').textContent === said", arg=said, timeout=20_000
+    )
+    blow = next(path for path in shown.arrows["floor"] if "/0/" in path)
+    page.run("() => viewer.render()")
+    # Its head: at its foot there is the mark of the contact.
+    page.page.mouse.move(*on_screen(page, blow, 0.96))
+    page.page.wait_for_function(
+        "said => document.getElementById('name').textContent === said", arg=said, timeout=20_000
+    )
+    page.page.keyboard.press("Home")
+    page.page.wait_for_function(
+        "() => document.getElementById('said').textContent === ''", timeout=20_000
+    )
+
+
+def test_only_the_arrows_of_the_impact_at_hand_are_shown(motion, page, tmp_path):
+    # Arrows that would stay for longer than the next impact takes to come.
+    shown = ik.replay(motion, tmp_path / "page.html", play=False, hold=30.0)
+    page.open(tmp_path / "page.html")
+    for number in (0, 1):
+        page.page.get_by_role("button", name="Next impact").click()
+        blows = [path for path in shown.arrows["floor"] if " impulse " in path]
+        assert [page.shown(path) for path in blows[:2]] == [number == 0, number == 1]
+
+
+def test_arrows_fade_before_they_go(opened):
+    page, shown = opened
+    blow = next(path for path in shown.arrows["floor"] if "/0/" in path)
+    page.page.get_by_role("button", name="Next impact").click()
+    instant = time_of(page)
+    opacity = """path => {
+        viewer.render();
+        let found = 1;
+        viewer.scene_tree.find(path.split("/").filter(x => x)).object.traverse(
+            part => { if (part.material) found = Math.min(found, part.material.opacity); });
+        return found;
+    }"""
+    fresh = page.run(opacity, blow)
+    page.seek(instant + 0.27)
+    assert page.shown(blow)
+    assert page.run(opacity, blow) < 0.4 * fresh
+    page.seek(instant)
+    assert page.run(opacity, blow) == pytest.approx(fresh)
+
+
+def test_follow_keeps_what_moves_in_the_middle(opened):
+    page, shown = opened
+    page.page.get_by_role("button", name="Follow").click()
+    for time in (0.0, 0.6 * shown.duration):
+        page.seek(time)
+        centre = page.run(
+            "() => stage.centre().project(viewer.camera).toArray().slice(0, 2)",
+        )
+        assert np.abs(centre).max() < 1e-6
+
+
+def test_contact_forces_between_impacts(page, tmp_path):
+    box = ik.Robot.from_urdf(BALL.replace('sphere radius="0.1"', 'box size="0.2 0.2 0.2"'),
+                             root="freeflyer")  # fmt: skip
+    corners = [[x, y, -0.1] for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
+    scene = ik.Scene(box, contacts=[ik.Contact("ball", at=at, friction=0.5) for at in corners])
+    start = box.configuration(root_joint=[0, 0, 0.15, 0, 0, 0, 1])
+    motion = ik.simulate(scene, start, box.velocity(), duration=0.5)
+    shown = ik.replay(motion, tmp_path / "page.html", play=False, hold=0.05)
+    assert "contact force, the longest arrow" in shown.html
+    page.open(tmp_path / "page.html")
+    page.page.keyboard.press("End")
+    quarter = float(np.linalg.norm(motion.contacts["contacts[0]"].force(0.5)))
+    assert quarter == pytest.approx(9.81 / 4, rel=1e-6)
+    page.page.wait_for_function(
+        "said => document.getElementById('said').textContent.startsWith(said)",
+        arg=f"contacts[0]: {quarter:.3g} N; contacts[1]: ",
+        timeout=20_000,
+    )
+    arrow = "/impulsekit/forces/0 contacts[0]"
+    page.run("() => viewer.render()")
+    turned = page.world(arrow)
+    # It stands on its corner, points up, and is of full length where the force is largest.
+    np.testing.assert_allclose(turned[:3, 3], [-0.1, -0.1, 0.0], atol=1e-3)
+    np.testing.assert_allclose(turned[:3, 2], [0, 0, 1], atol=0.02)
+    page.page.keyboard.press("Home")
+    assert np.linalg.norm(page.world(arrow)[:3, 2]) < 1e-3
+
+
+@pytest.mark.parametrize("view", ["top", "front", [[2.0, 1.0, 3.0], [0.5, 0.5, 0.0]]])
+def test_the_camera_stands_where_it_is_asked_for(motion, page, tmp_path, view):
+    ik.replay(motion, tmp_path / "page.html", play=False, camera=view)
+    page.open(tmp_path / "page.html")
+    place, target = page.run(
+        """() => [viewer.camera.position, viewer.controls.target].map(p => [p.x, -p.z, p.y])"""
+    )
+    way = np.array(place) - target
+    if isinstance(view, str):
+        wanted = {"top": [0, 0, 1], "front": [1, 0, 0.12]}[view]
+        np.testing.assert_allclose(way / np.linalg.norm(way), wanted, atol=0.02)
+    else:
+        np.testing.assert_allclose([place, target], view, atol=1e-9)
+
+
+def test_the_legend_is_whole_in_a_narrow_window(opened):
+    page, _ = opened
+    page.page.set_viewport_size({"width": 700, "height": 500})
+    rows = page.run(
+        """() => [...document.querySelectorAll("#legend .row")].map(row => {
+            const box = row.getBoundingClientRect();
+            return [box.left, box.right];
+        })"""
+    )
+    assert all(left >= 0 and right <= 700 for left, right in rows)

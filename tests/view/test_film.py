@@ -1,0 +1,131 @@
+"""Pictures and videos: of the size and length that they should have, or a clear error."""
+
+import sys
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import impulsekit as ik
+from impulsekit.errors import InputError, MissingExtraError, RangeError
+from impulsekit.measured import Recording
+from impulsekit.view import film
+
+
+@pytest.fixture(scope="module")
+def swing():
+    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_2", linear=[1, 0, 0], name="blow")])
+    impact = ik.solve(scene, robot.neutral(), robot.velocity())
+    times = np.linspace(0.0, 0.5, 20)
+    q = [robot.neutral() + x for x in times]
+    return Recording(robot, times, q, [(0.2, impact)])
+
+
+def picture_of(path):
+    from PIL import Image
+
+    return np.asarray(Image.open(path).convert("RGB")).astype(int)
+
+
+def test_a_video_has_the_length_and_size_asked_for(swing, page, tmp_path):
+    film_of, still = tmp_path / "swing.mp4", tmp_path / "swing.png"
+    options = {"fps": 20, "slow_motion": 1.0, "size": (320, 180)}
+    shown = ik.replay(swing, video=film_of, picture=still, **options)
+    assert shown.page is None
+    page.page.goto(film_of.as_uri())
+    page.page.wait_for_function("() => document.querySelector('video').readyState >= 2")
+    size = page.run("""async () => {
+        const film = document.querySelector("video");
+        return [film.duration, film.videoWidth, film.videoHeight];
+    }""")
+    assert size == [pytest.approx(0.5, abs=1e-3), 320, 180]
+    drawn = picture_of(still)
+    assert drawn.shape == (180, 320, 3)
+    # The red of the blow and the blue of the velocity after it are there.
+    red, green, blue = drawn.transpose(2, 0, 1)
+    assert ((red > 150) & (green < 90) & (blue < 90)).sum() > 20
+    assert ((blue > 150) & (red < 90)).sum() > 20
+
+
+def test_the_frames_of_a_video_move(swing, page, tmp_path):
+    path = tmp_path / "swing.mp4"
+    ik.replay(swing, video=path, fps=10, slow_motion=1.0, size=(160, 120))
+    page.page.goto(path.as_uri())
+    page.page.wait_for_function("() => document.querySelector('video').readyState >= 2")
+    seen = []
+    for time in (0.05, 0.45):
+        page.run(
+            """async time => {
+                const film = document.querySelector("video");
+                film.pause();
+                film.currentTime = time;
+                await new Promise(done => film.addEventListener("seeked", done, { once: true }));
+            }""",
+            time,
+        )
+        seen.append(page.picture().astype(int))
+    first, last = seen
+    assert (np.abs(first - last) > 60).sum() > 100
+
+
+@pytest.mark.parametrize(("button", "start"), [("PNG", b"\x89PNG"), ("MP4", b"\0\0\0\x20ftypisom")])
+def test_a_button_saves(swing, page, tmp_path, button, start):
+    ik.replay(swing, tmp_path / "page.html", play=False, fps=5, slow_motion=1.0)
+    page.page.set_viewport_size({"width": 500, "height": 300})
+    page.open(tmp_path / "page.html")
+    with page.page.expect_download(timeout=60_000) as saved:
+        page.page.get_by_role("button", name=button).click()
+    assert saved.value.suggested_filename == f"{swing.robot.name}.{button.lower()}"
+    saved.value.save_as(tmp_path / "saved")
+    assert (tmp_path / "saved").read_bytes().startswith(start)
+    page.page.set_viewport_size({"width": 800, "height": 500})
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"video": "a.avi"}, InputError, r"video must end in \.mp4"),
+        ({"picture": "a.mp4"}, InputError, r"picture must end in \.png"),
+        ({"video": "a.mp4", "size": (321, 180)}, RangeError, "size"),
+        ({"camera": "above"}, RangeError, '"front"'),
+        ({"camera": [1.0, 2.0]}, InputError, "camera must be"),
+        ({"camera": [[1, 2, 3], [1, 2, 3]]}, RangeError, "apart from its target"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said_at_once(swing, options, error, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(error, match=words):
+        ik.replay(swing, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_playwright_or_chromium_the_line_to_install_it_is_said(
+    swing, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(film, "BROWSERS", ())
+    monkeypatch.setenv("PLAYWRIGHT_BROWSERS_PATH", str(tmp_path))
+    with pytest.raises(MissingExtraError, match="playwright install chromium"):
+        ik.replay(swing, video=tmp_path / "a.mp4")
+    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
+    with pytest.raises(MissingExtraError, match=r"impulsekit\[video\]"):
+        ik.replay(swing, picture=tmp_path / "a.png")
+
+
+def test_ten_seconds_of_talos_take_five_megabytes():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    feet = [
+        ik.Contact(f"{side}_sole_link", at=[x, y, 0], origin=[0, 0, -1.1])
+        for side in ("left", "right")
+        for x in (-0.1, 0.1)
+        for y in (-0.05, 0.05)
+    ]
+    scene = ik.Scene(robot, contacts=feet)
+    impact = ik.solve(scene, robot.neutral(), robot.velocity(root_joint=[0, 0, -1, 0, 0, 0]))
+    times = np.linspace(0.0, 10.0, 601)
+    way = 0.2 * np.random.default_rng(1).normal(size=robot.nv)
+    q = [pin.integrate(robot.model, robot.neutral(), way * np.sin(2 * t)) for t in times]
+    motion = Recording(robot, times, q, [(t, impact) for t in np.arange(0.5, 10.0)])
+    shown = ik.replay(motion)
+    assert sum(map(len, shown.arrows.values())) > 200
+    assert len(shown.html) < 5e6
