@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import MissingExtraError, MjcfError, ShapeError, a_thing, shown
+from ..errors import MissingExtraError, MjcfError, a_thing, shown
 from ..files import read_text_file, reason_of
 from .mjcf_shapes import pairs_of, rotation_of, shapes_of
 from .model_checks import root_joint
@@ -345,43 +345,6 @@ def _names(mj: Any, kind: str) -> list[str]:
         name = mj.names[int(start) : mj.names.index(b"\0", int(start))].decode()
         names.append(name or f"{kind} {i}")
     return names
-
-
-def state_from_mujoco(mj: Any, qpos: Any, qvel: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(nq,) and (nv,) of ``Robot.from_mjcf(mj)`` at a state of MuJoCo.
-
-    Args:
-        mj: the ``mujoco.MjModel``.
-        qpos: (nq,) MuJoCo's configuration, quaternions w, x, y, z.
-        qvel: (nv,) MuJoCo's velocity, that of free joints linear in world axes, angular in
-            body axes.
-
-    Raises:
-        ShapeError: of qpos or qvel.
-
-    Example:
-        >>> import mujoco
-        >>> ball = "<body><freejoint/><geom size='1'/></body>"
-        >>> text = f"<mujoco><worldbody>{ball}</worldbody></mujoco>"
-        >>> mj = mujoco.MjModel.from_xml_string(text)
-        >>> state_from_mujoco(mj, mj.qpos0, [1, 0, 0, 0, 0, 0])[0].tolist()
-        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-    """
-    q, v = np.array(qpos, dtype=float), np.array(qvel, dtype=float)
-    if q.shape != (mj.nq,):
-        raise ShapeError.of("qpos", (mj.nq,), q.shape)
-    if v.shape != (mj.nv,):
-        raise ShapeError.of("qvel", (mj.nv,), v.shape)
-    for joint in range(mj.njnt):
-        kind, first = int(mj.jnt_type[joint]), int(mj.jnt_qposadr[joint])
-        if kind in (_SLIDE, _HINGE):
-            continue
-        turn = slice(first + 3, first + 7) if kind == _FREE else slice(first, first + 4)
-        if kind == _FREE:
-            speed = slice(mj.jnt_dofadr[joint], mj.jnt_dofadr[joint] + 3)
-            v[speed] = rotation_of(q[turn]).T @ v[speed]
-        q[turn] = np.roll(q[turn], -1)
-    return q, v
 
 
 def _text(mj: Any, start: int) -> str:

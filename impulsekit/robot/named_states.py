@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..errors import warn_of_setup
-from .arrays import read_only
+from ..errors import InputError, warn_of_setup
+from .arrays import array_of, read_only
 from .base import RobotBase
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from .placing import FrameVelocity, Placement
+
+# Stands for "root_joint" where its velocity is given in world axes.
+ROOT_WORLD = "root_world"
 
 
 class RobotStates(RobotBase):
@@ -62,8 +65,10 @@ class RobotStates(RobotBase):
         """(nq,) a configuration by joint name, neutral elsewhere.
 
         Angles [rad] and lengths [m]. A continuous joint takes its angle, a planar root
-        (x, y, angle), a free-flyer x, y, z and the quaternion x, y, z, w. Names that are
-        no Python identifiers go in a mapping: ``configuration({"arm/elbow": 0.3})``.
+        (x, y, angle), a free-flyer x, y, z and the quaternion x, y, z, w; both take a
+        ``pin.SE3``, such as ``impulsekit.pose([0, 0, 1], rpy=[0, 0, 1.57])`` or
+        ``robot.placement(q, frame).se3``. Names that are no Python identifiers go in a mapping:
+        ``configuration({"arm/elbow": 0.3})``.
 
         Raises:
             UnknownNameError, ShapeError, NotFiniteError, StateError.
@@ -80,16 +85,71 @@ class RobotStates(RobotBase):
         return q
 
     def velocity(
-        self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike
+        self,
+        by_name: Mapping[str, ArrayLike] | None = None,
+        /,
+        *,
+        q: ArrayLike | None = None,
+        **joints: ArrayLike,
     ) -> np.ndarray:
         """(nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
 
+        ``root_world`` in place of ``root_joint`` ("arm/root_world" in a combined robot) takes the
+        velocity of a free-flyer's origin and its angular velocity, both in world axes, at ``q``.
+
         Raises:
-            UnknownNameError, ShapeError, NotFiniteError.
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+            InputError: ``root_world`` without q, or of a root that is no free-flyer.
+
+        Example:
+            >>> from impulsekit import Robot, pose
+            >>> robot = Robot.from_example("talos", root="freeflyer")
+            >>> q = robot.configuration(root_joint=pose(rpy=[0, 0, np.pi / 2]))
+            >>> robot.velocity(root_world=[1, 0, 0, 0, 0, 0], q=q)[:3].round(6)
+            array([ 0., -1.,  0.])
         """
         from . import state
 
-        return state.velocity(self.model, {**(by_name or {}), **joints})
+        values = {**(by_name or {}), **joints}
+        for name in [name for name in values if name.rpartition("/")[2] == ROOT_WORLD]:
+            if name not in self._joint_ids:
+                root = name.removesuffix(ROOT_WORLD) + "root_joint"
+                values[root] = self._in_root(root, values.pop(name), q)
+        return state.velocity(self.model, values)
+
+    def _in_root(self, root: str, velocity: ArrayLike, q: ArrayLike | None) -> np.ndarray:
+        """(6,) of a velocity in world axes what a free-flyer takes."""
+        from .placing import Posture
+
+        joint_id = self.joint_id(root, "velocity")
+        if q is None or self.model.joints[joint_id].shortname() != "JointModelFreeFlyer":
+            raise InputError(f'velocity: {ROOT_WORLD} needs q= and a free-flyer called "{root}"')
+        numbers = array_of(velocity, (6,), f"velocity: {ROOT_WORLD}").reshape(2, 3)
+        return (numbers @ Posture(self, q).joint(joint_id).rotation).ravel()
+
+    def stand(self, q: ArrayLike, root: str | None = None) -> np.ndarray:
+        """(nq,) q with a free part moved along the ground's normal until it just touches.
+
+        The lowest point of all collision geometry on the free-flyer comes to lie on the ground
+        (``with_ground``), from above or below; joints keep their angles.
+
+        Args:
+            q: (nq,) configuration.
+            root: the free-flyer to move, such as "arm/root_joint"; None for the only one.
+
+        Raises:
+            InputError: no ground, no such free-flyer, or no geometry on it.
+            ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> box = Robot.from_urdf("models/box.urdf", root="freeflyer").with_ground()
+            >>> box.stand(box.neutral())[2].round(6)
+            np.float64(0.05)
+        """
+        from .poses import stand
+
+        return stand(self, q, root)
 
     def placement(self, q: ArrayLike, frame: str) -> Placement:
         """The placement of a frame at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).

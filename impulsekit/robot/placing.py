@@ -11,14 +11,11 @@ import pinocchio as pin
 from ..errors import InputError, RangeError
 from .arrays import array_of, lock
 from .base import RobotBase
-from .state import checked_configuration, checked_velocity
+from .state import OUT_OF_PLANE, checked_configuration, checked_velocity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# How far a planar part may be asked out of its plane [m; as a turn, rad]: frames of robots are
-# placed to some 1e-12, positions measured by hand to no better than 1e-6.
-OUT_OF_PLANE = 1e-6
 # How far a rotation matrix or a quaternion may be off; it is made exact.
 OFF_ROTATION = 1e-6
 
@@ -45,6 +42,11 @@ class Placement:
     def rotation(self) -> np.ndarray:
         """(3, 3) columns: the frame's axes in the world."""
         return self.matrix[:3, :3]
+
+    @property
+    def se3(self) -> pin.SE3:
+        """The same as Pinocchio's type."""
+        return pin.SE3(self.matrix)
 
     def point(self, at: Any) -> np.ndarray:
         """(3,) the point ``at`` of the frame in the world [m]."""
@@ -270,6 +272,16 @@ def _rotation(value: Any) -> np.ndarray:
         if abs(length - 1.0) > OFF_ROTATION:
             raise RangeError.of(f"{what}: length of the quaternion", length, "1")
         return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
+    return rotation_from(value, what)
+
+
+def rotation_from(value: Any, what: str) -> np.ndarray:
+    """(3, 3) a rotation matrix, proved to be one; ``what`` begins the sentence.
+
+    Raises:
+        InputError: its columns are not of unit length, at right angles and right-handed.
+        ShapeError, NotFiniteError.
+    """
     turn = array_of(value, (3, 3), what)
     off = float(np.abs(turn @ turn.T - np.eye(3)).max())
     if off > OFF_ROTATION or np.linalg.det(turn) < 0.0:

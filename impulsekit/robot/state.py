@@ -23,6 +23,9 @@ from .arrays import floats, real_numbers
 if TYPE_CHECKING:
     from .base import RobotBase
 
+# How far a planar part may be asked out of its plane [m; as a turn, rad]: frames of robots are
+# placed to some 1e-12, positions measured by hand to no better than 1e-6.
+OUT_OF_PLANE = 1e-6
 # A joint this far past its limit is outside [rad, m]: what is typed in or measured is off by less.
 OUTSIDE = 1e-6
 # Whole multiples of the first up to the second are what people write of angles in degrees.
@@ -121,7 +124,7 @@ def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
     """(nq,) the neutral configuration with the named joints set.
 
     A joint takes as many numbers as it has entries in q. A continuous joint also
-    takes its angle [rad], a planar one (x, y, angle).
+    takes its angle [rad], a planar one (x, y, angle); a free-flyer and a planar one a ``pin.SE3``.
     """
     q = pin.neutral(model)
     for name, value in values.items():
@@ -184,6 +187,8 @@ def _joint(model: pin.Model, name: str) -> pin.JointModel:
 
 
 def _joint_configuration(joint: pin.JointModel, name: str, value: Any) -> np.ndarray:
+    if isinstance(value, pin.SE3):
+        return _of_pose(joint, name, value)
     entries = _numbers(value, f'configuration of joint "{name}"')
     if entries.size == joint.nq:
         return entries
@@ -198,10 +203,28 @@ def _joint_configuration(joint: pin.JointModel, name: str, value: Any) -> np.nda
     elif kind == "JointModelPlanar":
         hint = "x, y, cosine and sine, or x, y and the angle"
     elif kind == "JointModelFreeFlyer":
-        hint = "x, y, z and the quaternion x, y, z, w"
+        hint = "x, y, z and the quaternion x, y, z, w; impulsekit.pose makes it of other forms"
     elif kind == "JointModelSpherical":
         hint = "the quaternion x, y, z, w"
     raise ShapeError.of(f'configuration of joint "{name}"', (joint.nq,), entries.shape, hint)
+
+
+def _of_pose(joint: pin.JointModel, name: str, pose: pin.SE3) -> np.ndarray:
+    """The numbers of a joint that is to have a pose."""
+    kind = joint.shortname()
+    if kind == "JointModelFreeFlyer":
+        return np.array(pin.SE3ToXYZQUAT(pose))
+    if kind != "JointModelPlanar":
+        raise InputError(
+            f'joint "{name}" ({kind}) takes numbers; free-flyers and planar joints take a pose'
+        )
+    x, y, z = pose.translation
+    off = max(abs(z), float(np.abs(pose.rotation[:, 2] - [0.0, 0.0, 1.0]).max()))
+    if off > OUT_OF_PLANE:
+        what = f'pose of planar joint "{name}": the way or turn out of its plane'
+        raise RangeError.of(what, f"{off:.6g}", f"within {OUT_OF_PLANE:g} m, rad")
+    cosine, sine = pose.rotation[:2, 0] / np.linalg.norm(pose.rotation[:2, 0])
+    return np.array([x, y, cosine, sine])
 
 
 def _numbers(value: Any, what: str) -> np.ndarray:

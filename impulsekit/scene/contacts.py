@@ -196,7 +196,7 @@ class Collision(Acting):
         first, other: links (all their geometry) or single geometry objects by name.
         restitution, friction, tangential_restitution: as for ``Contact``, for every point.
         margin: every corner of a flat pair whose gap is no more than this touches [m], whatever the
-            depth of others; None for 1e-4 of the diameter of a ball around the smaller body, to
+            depth of others; None for 5e-4 of the diameter of a ball around the smaller body, to
             which meshes of flat faces are flat. More of them close by are told in
             ``Impact.doubts``.
         name: its name in results; by default its index in the scene.

@@ -87,11 +87,11 @@ def test_corners_close_by_that_are_left_out_are_told():
     scene = ik.Scene(box, contacts=[ik.Collision("box", "ground", name="sole")])
     v = box.velocity(root_joint=[0, 0, -1, 0, 0, 0])
     with pytest.warns(ik.errors.SetupWarning):
-        impact = ik.solve(scene, tilted(5e-4, 0.0), v)
+        impact = ik.solve(scene, tilted(1.3e-3, 0.0), v)
     assert impact.doubts == (
         "sole: 2 more points are close by and left out, beyond the margin of the Collision; "
         "a larger one lets them touch",
     )
     assert not ik.solve(scene, tilted(0.1, 0.0), v).doubts
-    wider = ik.Scene(box, contacts=[ik.Collision("box", "ground", margin=2e-4)])
-    assert not ik.solve(wider, tilted(5e-4, 0.0), v).doubts
+    wider = ik.Scene(box, contacts=[ik.Collision("box", "ground", margin=5e-4)])
+    assert not ik.solve(wider, tilted(1.3e-3, 0.0), v).doubts

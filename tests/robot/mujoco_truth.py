@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import warnings
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 
 import impulsekit as ik
-from impulsekit.robot.mjcf import state_from_mujoco
 
 KEPT = [int(kind) for kind in (
     mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD, mujoco.mjtEq.mjEQ_JOINT
@@ -25,6 +25,11 @@ def state(mj, rng):
     data.qvel[:] = rng.normal(size=mj.nv)
     mujoco.mj_forward(mj, data)
     return data
+
+
+def state_from_mujoco(mj, qpos, qvel):
+    """``mujoco_state`` of numbers that stand in no data."""
+    return ik.mujoco_state(SimpleNamespace(model=mj, qpos=qpos, qvel=qvel))
 
 
 def full_mass(mj, data):

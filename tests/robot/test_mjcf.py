@@ -10,8 +10,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, UnknownNameError
-from impulsekit.robot.mjcf import state_from_mujoco
+from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, ShapeError, UnknownNameError
 
 mujoco = pytest.importorskip("mujoco")
 truth = pytest.importorskip("tests.robot.mujoco_truth")
@@ -85,7 +84,7 @@ def speeds_from_ours(mj, data):
     """(nv, nv) MuJoCo's qvel out of our v at a state."""
     columns = []
     for unit in np.eye(mj.nv):
-        _, ours = state_from_mujoco(mj, data.qpos, unit)
+        _, ours = truth.state_from_mujoco(mj, data.qpos, unit)
         columns.append(ours)
     return np.linalg.inv(np.array(columns).T)
 
@@ -108,7 +107,7 @@ def test_mass_matrix_and_places_are_those_of_mujoco(case):
     rng = np.random.default_rng(1)
     for _ in range(5):
         data = truth.state(mj, rng)
-        q, v = state_from_mujoco(mj, data.qpos, data.qvel)
+        q, v = truth.state_from_mujoco(mj, data.qpos, data.qvel)
         turned = speeds_from_ours(mj, data)
         expected = turned.T @ truth.full_mass(mj, data) @ turned
         ours = robot.model.createData()
@@ -124,6 +123,17 @@ def test_mass_matrix_and_places_are_those_of_mujoco(case):
 
 
 @pytest.mark.parametrize("case", TEXTS)
+def test_states_go_to_mujoco_and_back(case):
+    mj = mujoco.MjModel.from_xml_string(TEXTS[case])
+    data, again = truth.state(mj, np.random.default_rng(3)), mujoco.MjData(mj)
+    ik.set_mujoco_state(again, *ik.mujoco_state(data))
+    np.testing.assert_allclose(again.qpos, data.qpos, atol=1e-15)
+    np.testing.assert_allclose(again.qvel, data.qvel, atol=1e-14)
+    with pytest.raises(ShapeError, match="set_mujoco_state: q: expected shape"):
+        ik.set_mujoco_state(again, [1.0] * 99, data.qvel)
+
+
+@pytest.mark.parametrize("case", TEXTS)
 def test_a_blow_moves_it_as_mujocos_own_matrices_say(case):
     mj = mujoco.MjModel.from_xml_string(TEXTS[case])
     robot = ik.Robot.from_mjcf(TEXTS[case])
@@ -132,10 +142,10 @@ def test_a_blow_moves_it_as_mujocos_own_matrices_say(case):
     link = robot.links[-1].name
     scene = ik.Scene(robot, [ik.AppliedImpulse(link, linear=blow, at=at)])
     data = truth.state(mj, rng)
-    q, v = state_from_mujoco(mj, data.qpos, data.qvel)
+    q, v = truth.state_from_mujoco(mj, data.qpos, data.qvel)
     impact = ik.solve(scene, q, v)
     expected = truth.jump(mj, data, body, at, blow)
-    _, ours = state_from_mujoco(mj, data.qpos, expected)
+    _, ours = truth.state_from_mujoco(mj, data.qpos, expected)
     np.testing.assert_allclose(impact.dv, ours, atol=1e-11 * abs(ours).max())
     assert impact.is_valid()
     batch = ik.solve_batch(scene, q[None], v[None])

@@ -98,3 +98,108 @@ def test_what_is_given_is_copied(robot):
     checked_velocity(robot.model, given)[0] = 1.0
     checked_velocity(robot.model, np.ma.masked_array(given, copy=False))[0] = 1.0
     assert not given.any()
+
+
+TALOS = ik.Robot.from_example("talos", root="freeflyer").with_ground()
+TURN = pin.rpy.rpyToMatrix(0.3, -0.4, 2.0)
+W, X, Y, Z = (pin.Quaternion(TURN).coeffs()[i] for i in (3, 0, 1, 2))
+FORMS = {
+    "rpy": [0.3, -0.4, 2.0],
+    "rotation_vector": pin.log3(TURN),
+    "wxyz": [W, X, Y, Z],
+    "xyzw": [2 * X, 2 * Y, 2 * Z, 2 * W],
+    "rotation": TURN,
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_pose_takes_a_rotation_in_any_form(form):
+    q = TALOS.configuration(root_joint=ik.pose([1, 2, 3], **{form: FORMS[form]}))
+    place = TALOS.placement(q, "base_link").se3
+    assert place.isApprox(pin.SE3(TURN, np.array([1.0, 2.0, 3.0])), 1e-14)
+
+
+def test_a_planar_root_takes_a_pose_in_its_plane(robot):
+    planar = ik.Robot.from_urdf(ik.models.chain_urdf(2), root="planar")
+    q = planar.configuration(root_joint=ik.pose([1, 2, 0], rpy=[0, 0, 0.5]))
+    np.testing.assert_allclose(q, planar.configuration(root_joint=[1, 2, 0.5]), atol=1e-15)
+    with pytest.raises(ik.errors.RangeError, match="out of its plane must be within"):
+        planar.configuration(root_joint=ik.pose([1, 2, 0.1]))
+    with pytest.raises(ik.errors.InputError, match="takes numbers; free-flyers and planar"):
+        robot.configuration(hinge=ik.pose())
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"rpy": [0, 0, 0], "wxyz": [1, 0, 0, 0]}, "one rotation, got rpy and wxyz"),
+        ({"wxyz": [0, 0, 0, 0]}, "length of the quaternion must be above zero"),
+        ({"rotation": np.diag([1, 1, -1])}, "no rotation matrix"),
+        ({"rpy": [0, 0]}, r"pose: rpy: expected shape \(3,\)"),
+    ],
+)
+def test_a_pose_that_is_none_is_said(given, words):
+    with pytest.raises(ik.errors.InputError, match=words):
+        ik.pose(**given)
+
+
+def test_a_free_flyer_takes_its_velocity_in_world_axes():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    two = ik.combine(a=ball, b=ball, placements={"b": pin.SE3(TURN.T, np.ones(3))})
+    pose = ik.pose([0, 0, 1], rpy=[0.1, 0.2, 0.3])
+    q = two.configuration({"a/root_joint": pose, "b/root_joint": pose})
+    for name in ("a", "b"):
+        v = two.velocity({f"{name}/root_world": [1, 2, 3, 4, 5, 6]}, q=q)
+        found = two.velocity_of(q, v, f"{name}/ball")
+        np.testing.assert_allclose(found.linear, [1, 2, 3], atol=1e-14)
+        np.testing.assert_allclose(found.angular, [4, 5, 6], atol=1e-14)
+    with pytest.raises(ik.errors.InputError, match="root_world needs q="):
+        ball.velocity(root_world=[0, 0, -1, 0, 0, 0])
+    with pytest.raises(ik.errors.UnknownNameError, match='unknown joint "c/root_joint"'):
+        two.velocity({"c/root_world": [0, 0, -1, 0, 0, 0]}, q=q)
+
+
+@pytest.mark.parametrize("height", [0.0, 1.3])
+def test_a_robot_stands_on_its_ground(height):
+    normal = np.array([0.1, -0.2, 1.0]) / np.linalg.norm([0.1, -0.2, 1.0])
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    world = ik.combine(a=box, b=box, placements={"a": pin.SE3(TURN, np.ones(3))})
+    world = world.with_ground(height, normal=normal)
+    on_ground = ik.Scene(world, contacts=[ik.Collision("b/box", "a/ground")])
+    turned = world.configuration({"b/root_joint": ik.pose([1, 2, 3], rpy=[0.3, 0.2, 0.1])})
+    below = world.configuration({"b/root_joint": ik.pose([0, 0, -9])})
+    for start in (turned, below):
+        q = world.stand(start, "b/root_joint")
+        assert np.array_equal(np.r_[q[:7], q[10:]], np.r_[start[:7], start[10:]])
+        moved = q[7:10] - start[7:10]
+        assert np.abs(np.cross(moved, normal)).max() < 1e-14
+        assert abs(ik.touching(on_ground, q, world.velocity()).contacts[0].gap) < 1e-14
+
+
+def test_talos_stands_and_lands_flat_as_on_eight_points():
+    q = TALOS.stand(TALOS.neutral())
+    v = TALOS.velocity(root_world=[0, 0, -1, 0, 0, 0], q=q)
+    feet = [f"leg_{side}_6_link" for side in ("left", "right")]
+    flat = [ik.Collision(foot, "ground", friction=0.7) for foot in feet]
+    points = [
+        ik.Contact(foot, at=[x, y, -0.107], friction=0.7)
+        for foot in feet for x in (-0.1, 0.1) for y in (-0.06, 0.06)
+    ]  # fmt: skip
+    soles, corners = (ik.solve(ik.Scene(TALOS, contacts=own), q, v) for own in (flat, points))
+    sums = [sum(contact.impulse for contact in impact.contacts) for impact in (soles, corners)]
+    assert soles.is_valid() and sums[1][2] > 80.0
+    np.testing.assert_allclose(sums[0], sums[1], atol=0.02 * sums[1][2])
+
+
+@pytest.mark.parametrize(
+    ("robot_of", "root", "words"),
+    [
+        (lambda: ik.Robot.from_example("talos", "freeflyer"), None, r"robot\.with_ground\(\)"),
+        (lambda: ik.Robot.from_example("talos").with_ground(), None, "free-flyers: none"),
+        (lambda: TALOS, "leg_left_1_joint", 'free-flyers: "root_joint"'),
+    ],
+)
+def test_what_cannot_stand_is_said(robot_of, root, words):
+    robot = robot_of()
+    with pytest.raises(ik.errors.InputError, match=words):
+        robot.stand(robot.neutral(), root)
