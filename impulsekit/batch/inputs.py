@@ -12,7 +12,8 @@ from ..errors import InputError, NotFiniteError, RangeError, ShapeError, Unknown
 from ..laws.status import Status
 from ..robot import state
 from ..robot.arrays import floats
-from ..scene import AppliedImpulse, Contact, Scene
+from ..scene import Contact, Scene
+from ..scene.impulses import impulse_numbers
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -98,7 +99,7 @@ def batch_inputs(
     arrays = {
         "q": _matrix(q, robot.nq, "q"),
         "v": _matrix(np.zeros(robot.nv) if v is None else v, robot.nv, "v"),
-        "impulses": _given(scene, impulses),
+        "impulses": impulse_numbers(scene.impulses, scene.entry_names("impulses"), impulses),
     }
     count = len(scene.contacts)
     for name, values in (("restitution", restitution), ("friction", friction)):
@@ -199,50 +200,6 @@ def _rows_of(array: np.ndarray, what: str) -> np.ndarray:
     if not len(array):
         raise _misshapen(what, array.shape[-1], array, "the batch is empty")
     return np.ascontiguousarray(array)
-
-
-def _given(scene: Scene, impulses: Any) -> np.ndarray:
-    """(1 or B, columns) the numbers of all known impulses."""
-    names = scene.entry_names("impulses")
-    columns: dict[str, slice] = {}
-    own: list[float] = []
-    for name, entry in zip(names, scene.impulses, strict=True):
-        first = len(own)
-        if isinstance(entry, AppliedImpulse):
-            own.extend((*entry.linear, *entry.angular))
-        else:
-            own.extend(entry.values)
-        columns[name] = slice(first, len(own))
-    base = np.array(own, dtype=float).reshape(1, -1)
-    if impulses is None:
-        return base
-    if not isinstance(impulses, Mapping):
-        if len(names) != 1:
-            raise InputError(
-                f"impulses: the scene has {len(names)} known impulses; give a mapping from "
-                "their names to arrays"
-            )
-        impulses = {names[0]: impulses}
-    for name, values in impulses.items():
-        if name not in columns:
-            raise UnknownNameError.among("impulse", str(name), names)
-        what, where = f'impulses["{name}"]', columns[name]
-        width = where.stop - where.start
-        array = floats(values, what, copied=False)
-        is_blow = isinstance(scene.impulses[names.index(name)], AppliedImpulse)
-        fits = array.ndim in (1, 2) and (
-            array.shape[-1] == width or (is_blow and array.shape[-1] == 3)
-        )
-        if not fits:
-            hint = "(B, 3) for the force impulse alone" if is_blow else ""
-            raise _misshapen(what, width, array, hint)
-        array = _rows_of(array.reshape(-1, array.shape[-1]), what)
-        if len(array) > 1 and len(base) == 1:
-            base = np.repeat(base, len(array), axis=0)
-        elif len(array) not in (1, len(base)):
-            raise ShapeError.of(what, (len(base), width), array.shape, "leading axes must agree")
-        base[:, where.start : where.start + array.shape[1]] = array
-    return base
 
 
 def _points(scene: Scene, points: Any) -> tuple[tuple[int, ...], np.ndarray]:

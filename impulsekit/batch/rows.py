@@ -9,7 +9,8 @@ import numpy as np
 
 from ..impact.solver import solve_without_warnings
 from ..laws.status import BY_CODE
-from ..scene import AppliedImpulse, Scene
+from ..scene import Scene
+from ..scene.impulses import with_numbers
 from .inputs import BatchInputs
 from .masses import scaled_robot
 from .result import VERDICTS
@@ -32,11 +33,7 @@ def verdicts_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndar
 
 def varies(scene: Scene, inputs: BatchInputs) -> bool:
     """Whether the rows are not all of the scene's own impulses and coefficients."""
-    own: list[float] = []
-    for entry in scene.impulses:
-        own.extend(
-            (*entry.linear, *entry.angular) if isinstance(entry, AppliedImpulse) else entry.values
-        )
+    own = [x for entry in scene.impulses for x in entry.values]
     if len(inputs.given) > 1 or not np.array_equal(inputs.given[0], own):
         return True
     given = (inputs.restitution, inputs.friction, inputs.masses, inputs.points)
@@ -45,16 +42,8 @@ def varies(scene: Scene, inputs: BatchInputs) -> bool:
 
 def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
     """The scene with the impulses, coefficients, masses and points of a row."""
-    numbers = inputs.given[row if len(inputs.given) > 1 else 0].tolist()
-    impulses: list = []
-    for entry in scene.impulses:
-        if isinstance(entry, AppliedImpulse):
-            part, numbers = numbers[:6], numbers[6:]
-            impulses.append(dataclasses.replace(entry, linear=part[:3], angular=part[3:]))
-        else:
-            size = len(entry.values)
-            part, numbers = numbers[:size], numbers[size:]
-            impulses.append(dataclasses.replace(entry, impulse=tuple(part)))
+    given = inputs.given[row if len(inputs.given) > 1 else 0]
+    impulses = with_numbers(scene.impulses, given)
     contacts: list = []
     contact: Any
     for i, contact in enumerate(scene.contacts):

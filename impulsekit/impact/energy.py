@@ -81,7 +81,7 @@ def _books(impact: TouchedAnswer) -> Energy:
     scene = impact.scene
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         if isinstance(entry, AppliedImpulse):
-            wrench = np.array([*entry.linear, *entry.angular])
+            wrench = np.array(entry.values)
             work[name] = float(wrench @ (mechanics.impulse_jacobian(entry) @ mean))
         else:
             work[name] = float(np.dot(entry.impulse, mean[mechanics.joint_rows(entry.joint)]))

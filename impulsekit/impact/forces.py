@@ -47,7 +47,7 @@ def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
     scene, placement_of = impact.scene, impact.mechanics.joint_placement
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         if isinstance(entry, AppliedImpulse):
-            wrench = np.array([*entry.linear, *entry.angular])
+            wrench = np.array(entry.values)
             site = frame_pair(scene.robot, entry).first
             yield at_point(placement_of, site, wrench, entry.axes, name)
     for constraint, result in zip(scene.held, impact.constraints, strict=True):

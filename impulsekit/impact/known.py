@@ -52,32 +52,47 @@ class KnownImpulses:
     def __init__(self, scene: Scene, joints: Iterable[int], algorithm: str) -> None:
         robot = scene.robot
         self._model, self._q_index, self._v_index, ids = _branches(robot.model, joints)
-        self._nv, self._unit = robot.nv, _unit_of(scene)
+        self._nv, self._entries = robot.nv, tuple(scene.impulses)
         self._roots = _root_translations(self._model)
-        self._torque = np.zeros(self._model.nv)
-        # Of each blow: a frame at its point with the struck frame's axes, and (6,) p.
-        self._blows: list[tuple[int, Any, np.ndarray]] = []
-        for entry in scene.impulses:
+        # Of each blow a frame at its point with the struck frame's axes; of each kick its speeds.
+        self._frames: list[tuple[int, Any]] = []
+        self._kicked: list[slice] = []
+        for entry in self._entries:
             if isinstance(entry, AppliedImpulse):
                 site = Site.of(robot, entry.frame, entry.at)
                 frame = pin.Frame(
-                    f"impulse {len(self._blows)}", ids.index(site.joint_id), 0, site.placement,
+                    f"impulse {len(self._frames)}", ids.index(site.joint_id), 0, site.placement,
                     pin.FrameType.OP_FRAME,
                 )  # fmt: skip
                 frame_id = self._model.addFrame(frame, False)
-                wrench = self._unit * np.array([*entry.linear, *entry.angular])
-                self._blows.append((frame_id, _REFERENCE[entry.axes], wrench))
+                self._frames.append((frame_id, _REFERENCE[entry.axes]))
             else:
                 joint = self._model.joints[ids.index(robot.joint_id(entry.joint))]
-                own = self._unit * np.array(entry.impulse)
-                self._torque[joint.idx_v : joint.idx_v + joint.nv] += own
+                self._kicked.append(slice(joint.idx_v, joint.idx_v + joint.nv))
+        self._own = np.array([x for entry in self._entries for x in entry.values])
+        self._take(self._own)
         self._data = self._model.createData()
         self._at_rest = np.zeros(self._model.nv)
         self._jump = self._by_aba if algorithm == "aba" else self._by_crba
+
+    def _take(self, numbers: np.ndarray) -> None:
+        """Take the numbers of the impulses: of each blow (6,) p, the sum of the kicks."""
+        self._numbers, self._unit = numbers, _unit_of(numbers)
+        scaled, frames, kicked = self._unit * numbers, iter(self._frames), iter(self._kicked)
+        self._blows: list[tuple[int, Any, np.ndarray]] = []
+        self._torque = np.zeros(self._model.nv)
+        for entry in self._entries:
+            part, scaled = np.split(scaled, [len(entry.values)])
+            if isinstance(entry, AppliedImpulse):
+                self._blows.append((*next(frames), part))
+            else:
+                self._torque[next(kicked)] += part
         self._is_whole = self._model.nv == self._nv and self._roots is None and self._unit == 1.0
 
-    def velocity_jump(self, q: np.ndarray) -> np.ndarray:
-        """(nv,) Δv of the robot at q (nq,)."""
+    def velocity_jump(self, q: np.ndarray, numbers: np.ndarray | None = None) -> np.ndarray:
+        """(nv,) Δv of the robot at q (nq,); ``numbers`` (columns,) of the impulses, if others."""
+        if (self._own if numbers is None else numbers) is not self._numbers:
+            self._take(self._own if numbers is None else numbers)
         if self._is_whole:
             return self._jump(q)
         own = q[self._q_index]
@@ -156,15 +171,9 @@ def _index(entries: list[int]) -> Any:
     return slice(first, last) if len(entries) == last - first else np.array(entries)
 
 
-def _unit_of(scene: Scene) -> float:
+def _unit_of(numbers: np.ndarray) -> float:
     """The power of two that brings the largest number of the impulses near 1, if they need it."""
-    numbers = [0.0]
-    for entry in scene.impulses:
-        if isinstance(entry, AppliedImpulse):
-            numbers += [*entry.linear, *entry.angular]
-        else:
-            numbers += np.ravel(entry.impulse).tolist()
-    largest = max(map(abs, numbers))
+    largest = float(np.abs(numbers).max(initial=0.0))
     if not largest or _SMALLEST < largest < _LARGEST:
         return 1.0
     return math.ldexp(1.0, min(-math.frexp(largest)[1], 1000))

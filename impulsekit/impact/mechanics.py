@@ -167,7 +167,7 @@ class Mechanics:
         names = self.scene.entry_names("impulses")
         for name, entry in zip(names, self.scene.impulses, strict=True):
             if isinstance(entry, AppliedImpulse):
-                share = np.array([*entry.linear, *entry.angular]) @ self.impulse_jacobian(entry)
+                share = np.array(entry.values) @ self.impulse_jacobian(entry)
             else:
                 share = np.zeros(self.model.nv)
                 share[self.joint_rows(entry.joint)] = entry.impulse
@@ -184,7 +184,7 @@ class Mechanics:
         total = np.zeros(self.model.nv)
         for entry in self.scene.impulses:
             if isinstance(entry, AppliedImpulse):
-                wrench = np.abs([*entry.linear, *entry.angular])
+                wrench = np.abs(entry.values)
                 total += wrench @ np.abs(self.impulse_jacobian(entry))
             else:
                 total[self.joint_rows(entry.joint)] += np.abs(entry.impulse)

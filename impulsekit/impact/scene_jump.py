@@ -35,7 +35,7 @@ class SceneJump:
 
     def __init__(self, scene: Scene) -> None:
         self._flat, self._law = flat_of(scene), contact_law(scene)
-        self._core, self._impulses = self._flat.core, self._flat.impulses
+        self._core = self._flat.core
         self._count = len(scene.contacts)
         flat = self._flat
         self._yields = bool(scene.controlled and scene.contacts)
@@ -49,6 +49,7 @@ class SceneJump:
         v: np.ndarray,
         touching: Container[int] | None = None,
         features: Sequence[NamedPoint] | None = None,
+        numbers: np.ndarray | None = None,
     ) -> tuple[Scene, np.ndarray, Callable[[], Outcome]]:
         """The scene, (nv,) Δv, and a call that gives the rest of the outcome.
 
@@ -57,6 +58,7 @@ class SceneJump:
 
         ``touching``: the indices of the contacts that take part; None for all that touch.
         ``features``: the points of bodies by contact; None for those within the margin.
+        ``numbers``: (columns,) of the known impulses; None for their own.
 
         Raises:
             ContradictionError: dependent rows demand different things.
@@ -68,7 +70,8 @@ class SceneJump:
             more["only"] = [i in touching for i in range(self._count)]
         if features is not None:
             more["features"] = features
-        found = solve_scene(self._core, self._law, q, v, self._impulses, **more)
+        own = self._flat.impulses if numbers is None else numbers[self._flat.order]
+        found = solve_scene(self._core, self._law, q, v, own, **more)
         if found.failure or found.without_direction:
             self._refuse(scene, q, found)
         if self._yields and found.rows.yielded:

@@ -11,11 +11,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import one_line
-from ..errors import check_kind, warn_of_setup
+from ..errors import InputError, check_kind, warn_of_setup
 from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
 from ..scene import Scene
 from ..scene.at_time import scene_at
+from ..scene.impulses import impulse_numbers, with_numbers
 from ..scene.scene import KeptByThread
 from .known import KnownImpulses
 from .plan import Plan, needs_core, plan_of, touched_joints
@@ -106,7 +107,7 @@ class _Workspace:
         # Entries of q that lie on a circle or sphere exist only where nq > nv.
         self._has_unit_entries = model.nq > model.nv
         self._rows: SceneJump | None = None
-        self._velocity_jump: Callable[[np.ndarray], np.ndarray] = self._no_jump
+        self._velocity_jump: Callable[..., np.ndarray] = self._no_jump
         if not needs_core(scene):
             algorithm = plan_of(scene).algorithm
             if algorithm != "none":
@@ -118,9 +119,10 @@ class _Workspace:
             plan_of(scene)
         self._rows = SceneJump(scene)
 
-    def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
+    def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike, impulses: Any = None) -> Impact:
         """The impact at q and v, which are copied and checked."""
         scene = self._at_start or scene
+        scene, numbers = (scene, None) if impulses is None else _with_impulses(scene, impulses)
         try:
             # Only what has to be converted can lose something on the way.
             plain = type(q) is np.ndarray and q.dtype is FLOAT
@@ -147,9 +149,9 @@ class _Workspace:
             if self._rows is not None:
                 state.refuse_overflow(v)
         if self._rows is not None:
-            scene, dv, outcome = self._rows.solve(scene, q, v)
+            scene, dv, outcome = self._rows.solve(scene, q, v, numbers=numbers)
             return Impact(scene, q, v, dv, outcome)
-        return Impact(scene, q, v, self._velocity_jump(q))
+        return Impact(scene, q, v, self._velocity_jump(q, numbers))
 
     def solve_touching(
         self,
@@ -168,11 +170,20 @@ class _Workspace:
         scene, dv, outcome = self._rows.solve(scene, q, v, touching, features)
         return Impact(scene, q, v, dv, outcome)
 
-    def _no_jump(self, q: np.ndarray) -> np.ndarray:
+    def _no_jump(self, q: np.ndarray, numbers: np.ndarray | None) -> np.ndarray:
         return np.zeros(self._v_shape)
 
 
-def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
+def _with_impulses(scene: Scene, impulses: Any) -> tuple[Scene, np.ndarray]:
+    """The scene with other numbers of its known impulses, and these (columns,)."""
+    names = scene.entry_names("impulses")
+    numbers = impulse_numbers(scene.impulses, names, impulses)
+    if len(numbers) > 1:
+        raise InputError(f"impulses: one state takes one row, got {len(numbers)}; see solve_batch")
+    return scene.with_numbers(with_numbers(scene.impulses, numbers[0])), numbers[0]
+
+
+def solve(scene: Scene, q: ArrayLike, v: ArrayLike, *, impulses: Any = None) -> Impact:
     """Solve the impact of a scene at one state: the velocity jump and all that follows from it.
 
     M Δv = I, with I the generalized impulse of the given impulses, the constraints and the
@@ -182,9 +193,13 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
         scene: the robot, its impulses, constraints and contacts, and the law of contact.
         q: (nq,) configuration, in Pinocchio's layout.
         v: (nv,) velocity before the impact.
+        impulses: numbers in place of those of the scene's known impulses, as in ``solve_batch``:
+            (6,) or (3,), the force impulse alone, for an ``AppliedImpulse``, (k,) for a
+            ``JointImpulse``; by name, or of one impulse alone as it is. The scene's plan is kept.
 
     Raises:
         ShapeError, NotFiniteError, StateError: what is wrong with q or v.
+        UnknownNameError, ShapeError, NotFiniteError, InputError: what is wrong with impulses.
         SingularMassError: a joint moves no inertia at q.
 
     Warns:
@@ -202,10 +217,10 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike) -> Impact:
     if workspace is None:
         from .doubts import doubts_of
 
-        impact = _workspaces.of(scene).solve(scene, q, v)
+        impact = _workspaces.of(scene).solve(scene, q, v, impulses)
         warn_of_setup(doubts_of(impact))
         return impact
-    return workspace.solve(scene, q, v)
+    return workspace.solve(scene, q, v, impulses)
 
 
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:

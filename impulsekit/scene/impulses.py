@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
-from ..errors import InputError, ShapeError, a_thing
+import numpy as np
+
+from ..errors import InputError, ShapeError, UnknownNameError, a_thing
 from ..robot import Robot
+from ..robot.arrays import floats
 from ..robot.base import WORLD, WORLD_LINK
 from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
 from .validation import Acting, InJoint, check_frame_moves
@@ -53,6 +57,15 @@ class AppliedImpulse(Acting):
         """The frames it acts on."""
         return (self.frame,)
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Its six numbers: force impulse, then couple."""
+        return cast("tuple[float, ...]", (*self.linear, *self.angular))
+
+    def with_values(self, values: Sequence[float]) -> AppliedImpulse:
+        """The same with other numbers."""
+        return replace(self, linear=values[:3], angular=values[3:])
+
 
 @dataclass(frozen=True)
 class JointImpulse(InJoint):
@@ -91,6 +104,67 @@ class JointImpulse(InJoint):
     def values(self) -> tuple[float, ...]:
         """The impulse as it is kept: one number for each degree of freedom of the joint."""
         return cast("tuple[float, ...]", self.impulse)
+
+    def with_values(self, values: Sequence[float]) -> JointImpulse:
+        """The same with other numbers."""
+        return replace(self, impulse=tuple(values))
+
+
+def impulse_numbers(
+    entries: Sequence[AppliedImpulse | JointImpulse], names: Sequence[str], impulses: Any = None
+) -> np.ndarray:
+    """(1 or B, columns) the numbers of known impulses, entry after entry.
+
+    Args:
+        entries: the impulses of a scene, and their ``names``.
+        impulses: by name, numbers in place of an entry's own: (6,) or (3,), the force impulse
+            alone, for an ``AppliedImpulse``, (k,) for a ``JointImpulse``, or (B, ...) of these;
+            of one impulse alone without its name.
+
+    Raises:
+        UnknownNameError, ShapeError, NotFiniteError.
+        InputError: no mapping, and not one impulse.
+    """
+    stops = np.cumsum([0, *(len(entry.values) for entry in entries)]).tolist()
+    base = np.array([x for entry in entries for x in entry.values], dtype=float).reshape(1, -1)
+    if impulses is None:
+        return base
+    if not isinstance(impulses, Mapping):
+        if len(names) != 1:
+            raise InputError(
+                f"impulses: the scene has {len(names)} known impulses; give a mapping from "
+                "their names to arrays"
+            )
+        impulses = {names[0]: impulses}
+    for name, values in impulses.items():
+        if name not in names:
+            raise UnknownNameError.among("impulse", str(name), names)
+        index = list(names).index(name)
+        what, first = f'impulses["{name}"]', stops[index]
+        width, is_blow = stops[index + 1] - first, isinstance(entries[index], AppliedImpulse)
+        array = floats(values, what, copied=False)
+        array = array.reshape(1) if array.ndim == 0 else array
+        if array.ndim > 2 or array.shape[-1] not in ((3, 6) if is_blow else (width,)):
+            hint = "(3,) or (B, 3) for the force impulse alone" if is_blow else ""
+            raise ShapeError.of(what, ("B", width), array.shape, hint)
+        array = array.reshape(-1, array.shape[-1])
+        if not len(array):
+            raise ShapeError.of(what, ("B", width), array.shape, "the batch is empty")
+        if len(array) > 1 and len(base) == 1:
+            base = np.repeat(base, len(array), axis=0)
+        elif len(array) not in (1, len(base)):
+            raise ShapeError.of(what, (len(base), width), array.shape, "leading axes must agree")
+        base[:, first : first + array.shape[1]] = array
+    return base
+
+
+def with_numbers(
+    entries: Sequence[AppliedImpulse | JointImpulse], numbers: np.ndarray
+) -> tuple[AppliedImpulse | JointImpulse, ...]:
+    """The entries with other numbers (columns,), as ``impulse_numbers`` has them."""
+    stops = np.cumsum([len(entry.values) for entry in entries])[:-1]
+    parts = np.split(numbers, stops) if entries else []
+    return tuple(x.with_values(part.tolist()) for x, part in zip(entries, parts, strict=True))
 
 
 def check_impulse(robot: Robot, impulse: Any, where: str) -> None:

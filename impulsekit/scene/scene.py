@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import threading
 import weakref
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import InitVar, dataclass, field
+from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from .contacts import Collision
     from .entries import Constraint, ContactEntry
     from .forces import Force
-    from .from_robot_file import FromFile
+    from .from_robot_file import FromFile, SceneEntries
     from .impulses import AppliedImpulse, JointImpulse
     from .materials import Material, MaterialPair
 
@@ -147,6 +148,35 @@ class Scene(Displayed):
         from .from_robot_file import entries_of
 
         return cls(robot, **entries_of(robot, **entries))
+
+    def replace(self, **entries: Unpack[SceneEntries]) -> Scene:
+        """Return the scene with some of its entries, its law or its gravity replaced, and checked.
+
+        Example:
+            >>> from impulsekit import AppliedImpulse, Robot, Scene
+            >>> scene = Scene(Robot.from_example("panda"))
+            >>> scene.replace(gravity=[0, 0, 0]).gravity
+            (0.0, 0.0, 0.0)
+        """
+        return replace(self, **entries)
+
+    def with_impulse(self, *impulses: AppliedImpulse | JointImpulse) -> Scene:
+        """Return the scene with more known impulses.
+
+        Example:
+            >>> from impulsekit import AppliedImpulse, Robot, Scene
+            >>> scene = Scene(Robot.from_example("panda"))
+            >>> blow = AppliedImpulse("panda_hand", linear=[0, 0, 1], name="blow")
+            >>> scene.with_impulse(blow).entry_names("impulses")
+            ('blow',)
+        """
+        return replace(self, impulses=(*self.impulses, *impulses))
+
+    def with_numbers(self, impulses: tuple[AppliedImpulse | JointImpulse, ...]) -> Scene:
+        """The scene with the same impulses at other numbers, which leaves nothing to check."""
+        scene = copy.copy(self)
+        object.__setattr__(scene, "impulses", impulses)
+        return scene
 
     def _check_law(self) -> None:
         if self.law.slip == "end" and self.law.restitution == "newton":

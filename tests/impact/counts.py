@@ -34,7 +34,7 @@ class Counts:
 
 # A sixth above what Python 3.11 counts; versions differ in how they count comprehensions.
 MOST = {
-    "Panda, known blow": Counts(calls=15, lines=34),
+    "Panda, known blow": Counts(calls=15, lines=36),
     "Talos, known blow": Counts(calls=23, lines=51),
     "Talos, both feet held": Counts(calls=36, lines=108),
     "Three rods, pinned at both ends": Counts(calls=32, lines=92),

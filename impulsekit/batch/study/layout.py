@@ -104,9 +104,7 @@ def arrays_of(study: Study) -> dict[str, tuple]:
     if "velocity" in whats:
         found["v"] = (("row", "dof"), (robot.nv,), float, {"units": UNITS["v"]})
     if whats & {"impulse", "direction"}:
-        width = sum(
-            6 if hasattr(one, "linear") else len(one.values) for one in study.scene.impulses
-        )
+        width = sum(len(one.values) for one in study.scene.impulses)
         units = {"units": "N s, N m s", "order": "as in the scene, entry after entry"}
         found["impulses"] = (("row", "impulse_entry"), (width,), float, units)
     count = (len(study.scene.contacts),)

@@ -117,5 +117,5 @@ def _derived(scene: Scene, flat: FlatScene, q: np.ndarray, touches: Sequence[Tou
 def _places_of_impulses(scene: Scene, flat: FlatScene) -> list[np.ndarray]:
     """By known impulse, where its rows stand: the core has those of blows first."""
     place = np.argsort(np.array(flat.order, dtype=int))
-    sizes = [6 if hasattr(entry, "linear") else np.size(entry.impulse) for entry in scene.impulses]
+    sizes = [len(entry.values) for entry in scene.impulses]
     return np.split(place, np.cumsum(sizes)[:-1]) if sizes else []

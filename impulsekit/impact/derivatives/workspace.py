@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...scene import AppliedImpulse, JointStop, Law, Rope, Scene
+from ...scene import JointStop, Law, Rope, Scene
 from ...scene.constraints import KEPT
 from ...scene.scene import KeptByThread
 from ..flat.scene import flat_of
@@ -35,12 +35,7 @@ class Workspace:
     def __init__(self, scene: Scene) -> None:
         robot = scene.robot
         self.flat, self.model = flat_of(scene), robot.model
-        self.impulses = [
-            np.array([*entry.linear, *entry.angular])
-            if isinstance(entry, AppliedImpulse)
-            else np.atleast_1d(np.array(entry.impulse, dtype=float))
-            for entry in scene.impulses
-        ]
+        self.impulses = [np.array(entry.values) for entry in scene.impulses]
         self.constraint_names = scene.entry_names("held")
         self.contact_names = scene.entry_names("contacts")
         at = 2 * robot.nv

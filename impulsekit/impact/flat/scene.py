@@ -186,10 +186,10 @@ class Flattening:
             if isinstance(entry, AppliedImpulse):
                 site = Site.of(self._robot, entry.frame, entry.at)
                 add_blow(self._core, self._site(site), entry.axes == "local")
-                numbers += [*entry.linear, *entry.angular]
+                numbers += entry.values
                 blows += range(first, len(numbers))
             else:
-                numbers += np.ravel(entry.impulse).tolist()
+                numbers += entry.values
                 kicks += range(first, len(numbers))
                 joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
                 for v in range(joint.idx_v, joint.idx_v + joint.nv):
