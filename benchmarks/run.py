@@ -29,7 +29,6 @@ PACKAGES = (
     "pin",
     "numpy",
     "scipy",
-    "numba",
     "mujoco",
     "exudyn",
     "crocoddyl",

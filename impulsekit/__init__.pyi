@@ -19,7 +19,7 @@ from .impact import Impact as Impact
 from .impact import solve as solve
 from .impact.derivatives import derivatives as derivatives
 from .impact.saltation import saltation as saltation
-from .laws.status import Status as Status
+from .impact.status import Status as Status
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory
 from .motion import simulate as simulate

@@ -21,7 +21,6 @@ from impulsekit.reference import Arithmetic
 from ..problems.problem import Problem
 from .method import Answer, Method
 
-NUMBA = ("numba",)
 # Of a batch.
 STATES = 1024
 # Of one that is large enough for all threads.
@@ -148,7 +147,7 @@ def _motion(problem: Problem, setting: float, method: str) -> Answer:
     return state_at_end
 
 
-_batched = partial(Method, needs=NUMBA, states=STATES)
+_batched = partial(Method, states=STATES)
 METHODS: tuple[Method, ...] = (
     Method("impulsekit, solve", _is_impact, _once),
     Method("impulsekit, solver", _is_impact, _solver),
@@ -160,7 +159,7 @@ METHODS: tuple[Method, ...] = (
         partial(_batch, states=MANY_STATES),
         states=MANY_STATES,
     ),
-    Method("impulsekit, long tree", _is_long_tree, _long, needs=NUMBA),
+    Method("impulsekit, long tree", _is_long_tree, _long),
     Method("impulsekit, Kane in numpy", _is_for_kane, _kane),
     *(
         each

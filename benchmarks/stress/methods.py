@@ -12,7 +12,7 @@ import numpy as np
 from impulsekit.batch.solve import solve_batch
 from impulsekit.errors import ImpulsekitError
 from impulsekit.impact import Impact, solve
-from impulsekit.laws.status import Status
+from impulsekit.impact.status import Status
 from impulsekit.scene import Collision, Scene
 from tests.truths.found import Found
 

@@ -1,7 +1,9 @@
 // Shapes of bodies, how far they are apart, and where they touch, for Python.
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
+#include <optional>
 #include <tuple>
 
 #include "bind/arrays.hpp"
@@ -80,6 +82,26 @@ void bind_geometry(nanobind::module_& module) {
     namespace nb = nanobind;
     nb::class_<Shape>(module, "Shape", "A convex piece of a body, in the axes of its joint.")
         .def_ro("reach", &Shape::reach)
+        .def_ro("radius", &Shape::radius)
+        .def_prop_ro("kind",
+                     [](const Shape& shape) {
+                         static const char* const kNames[] = {"ball",      "capsule", "polytope",
+                                                              "cylinder",  "cone",    "ellipsoid",
+                                                              "half-space"};
+                         return kNames[shape.kind];
+                     })
+        .def("tip",
+             [](const Shape& shape, int i) -> std::optional<Numbers> {
+                 if (i < 0 || i >= static_cast<int>(shape.points.size())) return std::nullopt;
+                 return numbers(shape.points[i]);
+             })
+        .def("face",
+             [](const Shape& shape, int i) {
+                 if (i < 0 || i >= static_cast<int>(shape.faces.size()))
+                     throw nb::value_error("a face that is not there");
+                 const Face& face = shape.faces[i];
+                 return std::pair(numbers(face.normal), face.offset + shape.radius);
+             })
         .def_prop_ro(
             "centre", [](const Shape& shape) { return numbers(shape.centre); },
             nb::rv_policy::move);

@@ -46,6 +46,8 @@ using V = Vec3<double>;
 constexpr double kAlike = 1e-6;
 // Faces and crossings that look further away from the normal of all have no part in it (cosine).
 constexpr double kFacesNormal = 0.5;
+// The same to say that a face looks along the normal.
+constexpr double kLooksAlong = 1.0 - 1e-3;
 
 double length(const V& a) { return std::sqrt(dot(a, a)); }
 
@@ -240,18 +242,25 @@ OverFace over_face(const Shape& own, const Placement& at, const Shape& ground,
     return found;
 }
 
+// The face of a shape that looks along a direction, −1 if none does.
+int face_along(const Shape& shape, const V& direction) {
+    int face = -1;
+    double best = kLooksAlong;
+    for (std::size_t k = 0; k < shape.faces.size(); ++k) {
+        const double facing = dot(shape.faces[k].normal, direction);
+        if (facing > best) best = facing, face = static_cast<int>(k);
+    }
+    return face;
+}
+
 // The name of a point of a patch: a tip or corner on a face that looks along the normal, if one is
-// there; else the nearest points.
+// there; a part of one body and the other's point next to it; a spot on a face; else the nearest
+// points.
 Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool alone) {
     for (int side : {0, 1}) {
         const Shape &own = pieces.of(side), &ground = pieces.of(1 - side);
         if (own.kind == Shape::half_space) continue;
-        int face = -1;
-        double best = 1.0 - 1e-3;
-        for (std::size_t k = 0; k < ground.faces.size(); ++k) {
-            const double facing = dot(ground.faces[k].normal, side == 0 ? n : -n);
-            if (facing > best) best = facing, face = static_cast<int>(k);
-        }
+        const int face = face_along(ground, side == 0 ? n : -n);
         if (face < 0) continue;
         const int count = static_cast<int>(own.points.size());
         const int tips =
@@ -260,29 +269,15 @@ Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool 
             const bool corner = own.kind == Shape::polytope;
             Feature feature = named(pieces, corner ? Feature::corner_on_face : Feature::tip_on_face,
                                     side, tip, face);
-            V spot;
             if (own.kind != Shape::ellipsoid && tip >= count) {
-                const Shape::Circle& c = own.circles[tip - count];
+                // A rim that lies flat has no lowest point.
                 const V up = ground.faces[face].normal;
                 const V out = up - own.axis * dot(up, own.axis);
-                if (2.0 * c.radius * length(out) <= kLiesFlat) {
-                    const V away = point.point - c.centre;
-                    const V way = away - own.axis * dot(away, own.axis);
-                    const double size = length(way);
-                    if (std::abs(size - c.radius) > kOnePoint) continue;
-                    spot = c.centre + way * (c.radius / size);
-                    // A spot is fixed on the surface that touches.
-                    spot -= up * own.radius;
-                    feature.kind = Feature::spot_on_face;
-                    const V own_spot = side == 0 ? pieces.at.back(spot) : spot;
-                    feature.fixed[0] = own_spot.x, feature.fixed[1] = own_spot.y;
-                    feature.fixed[2] = own_spot.z;
-                }
+                if (2.0 * own.circles[tip - count].radius * length(out) <= kLiesFlat) continue;
             }
-            const OverFace over = over_face(own, {}, ground, feature, spot);
+            const OverFace over = over_face(own, {}, ground, feature, {});
             const V away = over.x - over.n * (0.5 * over.gap) - point.point;
-            if (length(away) <= kOnePoint + std::abs(point.gap) &&
-                (over.inside >= -kBeside || feature.kind == Feature::spot_on_face))
+            if (length(away) <= kOnePoint + std::abs(point.gap) && over.inside >= -kBeside)
                 return feature;
         }
     }
@@ -291,7 +286,10 @@ Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool 
         if (alone) break;
         const Shape &own = pieces.of(side), &other = pieces.of(1 - side);
         if (own.kind == Shape::half_space || other.kind == Shape::half_space) continue;
-        for (int part = 0; part < parts_of(own); ++part) {
+        // All of a rim that lies flat is as near.
+        const bool flat = own.is_round() && face_along(own, side == 0 ? -n : n) >= 0;
+        const int parts = flat ? static_cast<int>(own.points.size()) : parts_of(own);
+        for (int part = 0; part < parts; ++part) {
             const Shape alone = part_of(own, part);
             const Nearest near =
                 side == 0 ? nearest(alone, {}, other, {}) : nearest(other, {}, alone, {});
@@ -299,6 +297,16 @@ Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool 
             if (length(away) <= kOnePoint && std::abs(near.gap - point.gap) <= kOnePoint)
                 return named(pieces, Feature::nearest_part, side, part, 0);
         }
+    }
+    // Elsewhere on a face: where it begins or ends, or on the rim of what lies flat on it.
+    for (int side : {0, 1}) {
+        const int face = face_along(pieces.of(1 - side), side == 0 ? n : -n);
+        if (alone || face < 0 || !pieces.of(side).is_round()) continue;
+        Feature feature = named(pieces, Feature::spot_on_face, side, 0, face);
+        const V half = n * (0.5 * point.gap);
+        const V spot = side == 0 ? pieces.at.back(point.point + half) : point.point - half;
+        feature.fixed[0] = spot.x, feature.fixed[1] = spot.y, feature.fixed[2] = spot.z;
+        return feature;
     }
     return named(pieces, Feature::nearest_points, 0, 0, 0);
 }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, UnknownNameError
-from ..laws.status import Status
+from ..impact.status import Status
 from ..robot import state
 from ..robot.arrays import floats
 from ..scene import Contact, Scene

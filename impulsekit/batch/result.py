@@ -10,7 +10,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import InputError
-from ..laws.status import Status
+from ..impact.status import Status
 
 if TYPE_CHECKING:
     from .program import BatchPlan

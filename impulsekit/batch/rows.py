@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..impact.solver import solve_without_warnings
-from ..laws.status import BY_CODE
+from ..impact.status import BY_CODE
 from ..scene import Scene
 from ..scene.impulses import with_numbers
 from .inputs import BatchInputs

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError, UnknownNameError, a_thing, check_kind
 from ..impact.flat.model import widest_core
-from ..laws.status import Status
+from ..impact.status import Status
 from ..robot.arrays import lock
 from ..scene import Scene
 from ..scene.numbers import whole

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..laws.rank_tolerances import FAINT_AXIS, RANK_TOLERANCE
+from ..impact.rank_tolerances import FAINT_AXIS, RANK_TOLERANCE
 from ..reference import KaneImpact, Load, Rows
 from ..reference.kane import generalized_masses
 from ..reference.kinematics import Kinematics

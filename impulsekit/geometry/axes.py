@@ -1,4 +1,4 @@
-"""Axes of contacts, and products of single vectors."""
+"""Axes of contacts, and places as numbers."""
 
 from __future__ import annotations
 
@@ -7,11 +7,7 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from ..laws.borrowed import borrowing
-from . import vectors
-from .vectors import Vector
-
-__all__ = ["contact_axes", "cross", "place_numbers", "rows_of_axes"]
+__all__ = ["contact_axes", "cross", "place_numbers"]
 
 
 def contact_axes(normal: np.ndarray) -> np.ndarray:
@@ -20,12 +16,7 @@ def contact_axes(normal: np.ndarray) -> np.ndarray:
     t₁ is the world axis that is most across the normal, made perpendicular to it.
     """
     # In plain floats: an array operation costs more than these sums.
-    return np.array(rows_of_axes(*normal.tolist()))
-
-
-@borrowing
-def rows_of_axes(x: float, y: float, z: float) -> tuple[Vector, Vector, Vector]:
-    """``contact_axes`` of the normal x, y, z, row by row."""
+    x, y, z = normal.tolist()
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         a, b, c = 1.0 - x * x, -y * x, -z * x
     elif abs(y) <= abs(z):
@@ -34,12 +25,13 @@ def rows_of_axes(x: float, y: float, z: float) -> tuple[Vector, Vector, Vector]:
         a, b, c = -x * z, -y * z, 1.0 - z * z
     length = math.sqrt(a * a + b * b + c * c)
     a, b, c = a / length, b / length, c / length
-    return (a, y * c - z * b, x), (b, z * a - x * c, y), (c, x * b - y * a, z)
+    return np.array([(a, y * c - z * b, x), (b, z * a - x * c, y), (c, x * b - y * a, z)])
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(3,) a × b; numpy's own is slow for one pair."""
-    return np.array(vectors.cross(a.tolist(), b.tolist()))
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def place_numbers(placement: pin.SE3) -> np.ndarray:

@@ -1,7 +1,7 @@
 """From a scene and a state to the velocity jump and all that follows from it."""
 
-from ..laws.status import Status
 from .result import Impact
 from .solver import ImpactSolver, solve
+from .status import Status
 
 __all__ = ["Impact", "ImpactSolver", "Status", "solve"]

@@ -15,9 +15,9 @@ from .._core import find_others as core_others
 from .._core import sequence_hits
 from .._core import solve_contacts as core_contacts
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
-from ..laws.status import BY_CODE, Status
 from ..scene.coefficients import EllipticFriction, StaticKinetic, friction_at
 from ..scene.law import ORDERS, RESTITUTIONS, SLIPS, Law
+from .status import BY_CODE, Status
 
 __all__ = [
     "ContactProblem", "ContactSolution", "Finding", "Turning", "find_others", "friction_models",

@@ -11,9 +11,9 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
-from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from ..tolerances import NONZERO
 from . import lapack
+from .rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT
 from .singular import MOVES, joints_of, of_unit_length, pivots_are_safe, singular_mass
 
 __all__ = ["DenseFactor", "Factor", "MassFactor", "SparseFactor"]

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.gaps import nearest_points
 from ..robot import Robot
 from ..robot.placing import Posture
 from ..rows.entries import frame_pair
@@ -16,6 +15,10 @@ from ..scene import Collision, FrameAnchor, JointStop, PointAnchor, Scene
 from .flat.scene import flat_of
 
 __all__ = ["AnchorOpening", "ContactGap", "anchor_openings", "contact_gaps"]
+
+
+# Points of two flat sides whose gaps differ by less belong to one patch [m].
+ONE_PATCH = 1e-9
 
 
 @dataclass(frozen=True)
@@ -96,32 +99,37 @@ def anchor_openings(
 
 
 def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> ContactGap:
-    from ..geometry.collision import meeting_points
+    from .._core import nearest_points, touching
+    from ..geometry.axes import place_numbers
     from ..rows.bodies import CLOSE_BY, bodies_of
 
     bodies = bodies_of(posture.robot, entry)
-    first, other = (
-        [(solid, posture.joint(joint_id) * own) for solid, own in pieces]
-        for pieces, joint_id in zip(bodies.pieces, bodies.joint_ids, strict=True)
+    first, other = bodies.first, bodies.other
+    one, two = (place_numbers(posture.joint(body.joint_id)) for body in (first, other))
+    within = bodies.margin + CLOSE_BY * bodies.size
+    close = touching(first.shapes, one, other.shapes, two, within)
+    points = [(point.point, point.normal) for point in close if point.gap <= bodies.margin]
+    left_out = len(close) - len(points) if points else 0
+    if points:
+        gap = min(point.gap for point in close)
+    else:
+        found = min(
+            (nearest_points(a, one, b, two) for a in first.shapes for b in other.shapes),
+            key=lambda numbers: float(numbers[0]),
+        )
+        gap = float(found[0])
+        # Flat sides that face each other are nearest at all corners of what they share.
+        flat = touching(first.shapes, one, other.shapes, two, gap + ONE_PATCH)
+        points = [(point.point, point.normal) for point in flat]
+        points = points or [(0.5 * (found[4:7] + found[7:]), found[1:4])]
+    speed = max(
+        float(
+            normal
+            @ (posture.velocity_at(other.joint_id, at) - posture.velocity_at(first.joint_id, at))
+        )
+        for at, normal in points
     )
-    gap, points = nearest_points(first, other, bodies.margin)
-    speed = _closing_speed(posture, points, *bodies.joint_ids)
-    touching, left_out = gap <= bodies.margin, 0
-    if touching:
-        close = meeting_points(first, other, bodies.margin + CLOSE_BY * bodies.size)
-        left_out = sum(point.gap > bodies.margin for point in close)
-    return ContactGap(name, gap, speed, touching, left_out=left_out)
-
-
-def _closing_speed(posture: Posture[Robot], points: Any, first: int, other: int) -> float:
-    """−n·(v_first − v_other) at the points of the world that are nearest; the largest."""
-    return max(
-        (
-            float(-normal @ (posture.velocity_at(first, at) - posture.velocity_at(other, at)))
-            for at, normal in points
-        ),
-        default=0.0,
-    )
+    return ContactGap(name, gap, speed, gap <= bodies.margin, left_out=left_out)
 
 
 def _opening(posture: Posture[Robot], entry: Any) -> float:

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import one_line
-from ..laws.status import Status, judged
-from ..laws.tolerances import RESIDUAL_LIMIT
 from ..robot.arrays import read_only
 from ..scene.numbers import not_negative
 from .named import ByName
+from .status import RESIDUAL_LIMIT, Status, judged
 from .touched import TouchedAnswer
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import SingularMassError
-from ..laws.rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT, UNFILLED_ROW, WEIGHTLESS
 from ..robot.masses import symmetric
+from .rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT, UNFILLED_ROW, WEIGHTLESS
 
 if TYPE_CHECKING:
     from ..robot import Robot

@@ -12,13 +12,14 @@ import pinocchio as pin
 
 from ..design.fit import Measurement
 from ..display import OneLine, one_line
-from ..geometry.gaps import AT_STOP
 from ..impact.flat.scene import flat_scene
 from ..rows.bodies import bodies_of
 from ..scene import Collision, GapContact, JointStop, Rope, Scene
 
 # Steps of Newton: gaps of noise are small against what curves them, and two or three do.
 MOST_STEPS = 20
+# Gaps up to this [m] are none.
+CLOSED = 1e-9
 
 
 def at_touch(
@@ -56,8 +57,8 @@ def at_touch(
     for _ in range(MOST_STEPS):
         rows = flat.rows(q, at_rest, only=only)
         gaps = rows.gaps
-        apart = gaps > AT_STOP if apart is None else apart
-        if np.abs(gaps[apart]).max(initial=0.0) <= AT_STOP:
+        apart = gaps > CLOSED if apart is None else apart
+        if np.abs(gaps[apart]).max(initial=0.0) <= CLOSED:
             break
         normals = rows.J.reshape(-1, 3, model.nv)[: len(gaps), 2][apart]
         spread = covariance @ normals.T

@@ -241,11 +241,10 @@ def _touch(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
     )
     for i, entry in enumerate(scene.contacts):
         if isinstance(entry, Collision):
-            from ..geometry.core_shapes import core_shapes
             from ..rows.bodies import bodies_of
 
             own = bodies_of(scene.robot, entry)
-            core.set_bodies(i, *map(core_shapes, own.pieces))
+            core.set_bodies(i, own.first.shapes, own.other.shapes)
     pulls = [float(getattr(entry, "holding_force", 0.0) or 0.0) for entry in scene.contacts]
     if any(pulls):
         core.set_pulls(pulls)

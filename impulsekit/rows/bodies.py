@@ -1,4 +1,4 @@
-"""The two bodies of a ``Collision``: their pieces, and up to which gap they count as touching."""
+"""The two bodies of a ``Collision``: their shapes, and up to which gap they count as touching."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.collision import Solids, solids_of
+from .._core import Shape
+from ..geometry.shapes import shapes_of
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..scene import Collision
 
-__all__ = ["CLOSE_BY", "Bodies", "ball_around", "bodies_of"]
+__all__ = ["CLOSE_BY", "Bodies", "Body", "bodies_of", "body_of"]
 
 # Meshes of flat faces are flat to this share of the body's size: within it bodies touch. Below 4e-4
 # the corners of Talos's soles that touch no longer lie around the load.
@@ -20,42 +21,53 @@ MESH_NOISE = 5e-4
 CLOSE_BY = 1e-3
 
 
+class Body(NamedTuple):
+    """A body whose geometry may meet another's.
+
+    Attributes:
+        shapes: its pieces, in the axes of its joint.
+        joint_id, frame_id: that carry it.
+        size: the diameter of a ball around it [m].
+    """
+
+    shapes: list[Shape]
+    joint_id: int
+    frame_id: int
+    size: float
+
+
 class Bodies(NamedTuple):
     """Two bodies whose geometry may meet.
 
     Attributes:
-        pieces: of each, with placements in its joint.
-        joint_ids, frame_ids: of each.
+        first, other: the bodies.
         size: the diameter of a ball around the smaller one [m].
         margin: gaps up to this count as touching [m].
     """
 
-    pieces: tuple[Solids, Solids]
-    joint_ids: tuple[int, int]
-    frame_ids: tuple[int, int]
+    first: Body
+    other: Body
     size: float
     margin: float
 
 
+def body_of(robot: Robot, name: str) -> Body:
+    """The body of a link or of one piece of geometry."""
+    ids, joint_id = geometry_ids(robot, name)
+    shapes = shapes_of(robot, ids)
+    centres = [shape.centre for shape in shapes]
+    middle = np.mean(centres, axis=0)
+    reach = max(
+        float(np.linalg.norm(own - middle)) + shape.reach
+        for own, shape in zip(centres, shapes, strict=True)
+    )
+    frame_id = robot.collision_model.geometryObjects[ids[0]].parentFrame
+    return Body(shapes, joint_id, frame_id, 2.0 * reach)
+
+
 def bodies_of(robot: Robot, entry: Collision) -> Bodies:
     """The bodies of an entry."""
-    (first, here), (other, there) = (
-        geometry_ids(robot, name) for name in (entry.first, entry.other)
-    )
-    pieces = solids_of(robot, first), solids_of(robot, other)
-    size = 2.0 * min(ball_around(own)[1] for own in pieces)
+    first, other = body_of(robot, entry.first), body_of(robot, entry.other)
+    size = min(first.size, other.size)
     margin = MESH_NOISE * size if entry.margin is None else entry.margin
-    objects = robot.collision_model.geometryObjects
-    frame_ids = objects[first[0]].parentFrame, objects[other[0]].parentFrame
-    return Bodies(pieces, (here, there), frame_ids, size, margin)
-
-
-def ball_around(pieces: Solids) -> tuple[np.ndarray, float]:
-    """A ball around all pieces of a body, in its joint's frame: centre [m] and radius [m]."""
-    balls = []
-    for solid, placement in pieces:
-        shape = solid.geometry
-        shape.computeLocalAABB()
-        balls.append((placement.act(np.array(shape.aabb_center)), float(shape.aabb_radius)))
-    centre = np.mean([middle for middle, _ in balls], axis=0)
-    return centre, max(float(np.linalg.norm(middle - centre)) + r for middle, r in balls)
+    return Bodies(first, other, size, margin)

@@ -7,7 +7,6 @@ import impulsekit as ik
 from tests.batch.compare import random_states
 
 da = pytest.importorskip("dask.array")
-pytest.importorskip("numba")
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from impulsekit.study import load_study, open_study, run_study, summarize
 
 from .forked import ForkedCommand
 
-for package in ("numba", "xarray", "zarr", "dask"):
+for package in ("xarray", "zarr", "dask"):
     pytest.importorskip(package)
 
 SCENE = """

@@ -25,7 +25,7 @@ from impulsekit.study import Study, Variation, load_study, open_study, run_study
 
 from .forked import ForkedCommand
 
-for package in ("numba", "xarray", "zarr", "dask"):
+for package in ("xarray", "zarr", "dask"):
     pytest.importorskip(package)
 
 BODY = """<robot name="s"><link name="b"><inertial><mass value="1"/>

@@ -1,18 +1,23 @@
-"""Nearest points and touching points of shapes in the core, beside support functions and coal."""
+"""Nearest and touching points of shapes in the core, beside support functions, halfspaces and coal.
+
+A distance is proved from both sides: by points of both bodies that are as far apart, and by a plane
+between them, from support functions of their own.
+"""
 
 import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.spatial import ConvexHull
 
 from impulsekit import _core
 from impulsekit.geometry.axes import place_numbers
-from impulsekit.geometry.collision import gap_and_normal, is_exact, meeting_points, solid_of
-from impulsekit.geometry.core_shapes import core_shape
+from impulsekit.geometry.shapes import shape_of
 
 KINDS = ("box", "hull", "ball", "capsule", "cylinder", "cone", "ellipsoid", "half_space")
 PAIRS = [(a, b) for i, a in enumerate(KINDS) for b in KINDS[i:] if (a, b) != ("half_space",) * 2]
 EXACT, ITERATED, HERE = 1e-12, 1e-6, pin.SE3.Identity()
+THROUGH = 1e-9
 
 
 def geometry(kind, rng):
@@ -34,6 +39,51 @@ def geometry(kind, rng):
     }[kind]()
 
 
+def reach(shape, d):
+    """How far a shape in its own axes reaches along a unit direction."""
+    x, y, z = d
+    across = np.hypot(x, y)
+    if isinstance(shape, coal.Sphere):
+        return shape.radius
+    if isinstance(shape, coal.Capsule):
+        return shape.radius + shape.halfLength * abs(z)
+    if isinstance(shape, coal.Cylinder):
+        return shape.radius * across + shape.halfLength * abs(z)
+    if isinstance(shape, coal.Cone):
+        return max(shape.halfLength * z, shape.radius * across - shape.halfLength * z)
+    if isinstance(shape, coal.Box):
+        return float(np.ravel(shape.halfSide) @ np.abs(d))
+    if isinstance(shape, coal.Ellipsoid):
+        return float(np.linalg.norm(np.ravel(shape.radii) * d))
+    if isinstance(shape, coal.Halfspace):
+        return shape.d if np.allclose(d, np.ravel(shape.n), rtol=0, atol=EXACT) else np.inf
+    return max(shape.point(i) @ d for i in range(shape.num_points))
+
+
+def inside(shape, p):
+    """How far within a shape a point of its own axes is: below 0 outside, on every flat side."""
+    x, y, z = p
+    across = np.hypot(x, y)
+    if isinstance(shape, coal.Sphere):
+        return shape.radius - np.linalg.norm(p)
+    if isinstance(shape, coal.Capsule):
+        return shape.radius - np.hypot(across, max(abs(z) - shape.halfLength, 0.0))
+    if isinstance(shape, coal.Cylinder):
+        return min(shape.radius - across, shape.halfLength - abs(z))
+    if isinstance(shape, coal.Cone):
+        half = shape.halfLength
+        return min(z + half, shape.radius * (half - z) / (2 * half) - across)
+    if isinstance(shape, coal.Box):
+        return (np.ravel(shape.halfSide) - np.abs(p)).min()
+    if isinstance(shape, coal.Ellipsoid):
+        radii = np.ravel(shape.radii)
+        return (1.0 - np.linalg.norm(p / radii)) * radii.min()
+    if isinstance(shape, coal.Halfspace):
+        return shape.d - np.ravel(shape.n) @ p
+    hull = ConvexHull([shape.point(i) for i in range(shape.num_points)])
+    return -(hull.equations[:, :3] @ p + hull.equations[:, 3]).max()
+
+
 def placement(rng, size=0.4):
     turn = pin.Quaternion(*(q := rng.normal(size=4)) / np.linalg.norm(q)).matrix()
     return pin.SE3(turn, size * rng.normal(size=3))
@@ -43,8 +93,8 @@ class Two:
     """Two shapes somewhere, in the core and as they are told of in Python."""
 
     def __init__(self, kinds, rng):
-        self.solids = [solid_of(geometry(kind, rng)) for kind in kinds]
-        self.shapes = [core_shape(solid, HERE) for solid in self.solids]
+        self.solids = [geometry(kind, rng) for kind in kinds]
+        self.shapes = [shape_of(solid, HERE) for solid in self.solids]
         self.places = [placement(rng), placement(rng)]
 
     def nearest(self, places=None, order=1):
@@ -53,9 +103,16 @@ class Two:
         found = _core.nearest_points(a, pa, b, pb)
         return found[0], *found[1:].reshape(3, 3)
 
-    def in_python(self):
+    def between(self, normal):
+        """How far they are apart along a normal, from the second to the first."""
         (a, b), (pa, pb) = self.solids, self.places
-        return gap_and_normal(a, pa, b, pb)
+        apart = normal @ (pa.translation - pb.translation)
+        return apart - reach(a, -pa.rotation.T @ normal) - reach(b, pb.rotation.T @ normal)
+
+    def within(self, first, other):
+        """How far within the first, and the second, points of the world are."""
+        both = zip(self.solids, self.places, (first, other), strict=True)
+        return [inside(shape, place.actInv(point)) for shape, place, point in both]
 
     def brought_to(self, gap):
         """With the first moved along the normal until the surfaces are so far apart [m]."""
@@ -81,20 +138,18 @@ def test_distance_and_normal(kinds):
     for _ in range(15):
         two = Two(kinds, rng)
         gap, normal, first, other = two.nearest()
-        known = two.in_python()[0]
-        flat = set(kinds) <= {"box", "hull"}
-        if flat and gap > 0:
-            # Along faces and edges alone two corners are nearer.
-            a, b = (coal.Transform3s(p.rotation, p.translation) for p in two.places)
-            shapes = [solid.geometry for solid in two.solids]
-            request = coal.DistanceRequest()
-            known = coal.distance(shapes[0], a, shapes[1], b, request, coal.DistanceResult())
-        near = EXACT if is_exact(*two.solids) and not (flat and gap > 0) else ITERATED
-        # Of an overlap the least way out counts; coal misses it now and then.
-        assert gap >= known - near
-        assert gap <= known + near or gap < 0
-        assert np.allclose(first - other, gap * normal, atol=EXACT)
         assert np.isclose(np.linalg.norm(normal), 1.0, atol=EXACT)
+        assert abs(two.between(normal) - gap) < EXACT
+        assert np.allclose(first - other, gap * normal, atol=EXACT)
+        assert min(two.within(first, other)) > -EXACT
+        if gap < 0:
+            # Of an overlap the least way out counts; coal misses it now and then.
+            a, b = (coal.Transform3s(p.rotation, p.translation) for p in two.places)
+            request, result = coal.DistanceRequest(), coal.DistanceResult()
+            request.enable_signed_distance = True
+            request.gjk_tolerance = request.epa_tolerance = EXACT
+            known = coal.distance(two.solids[0], a, two.solids[1], b, request, result)
+            assert gap >= known - ITERATED
 
 
 @pytest.mark.parametrize("kinds", PAIRS, ids="-".join)
@@ -142,21 +197,13 @@ def test_touching_points(kinds):
             two.places[0].rotation = two.places[1].rotation @ turn
         two.brought_to(rng.uniform(-1e-6, 4e-5))
         found = two.touching(margin)
-        (a, b), (pa, pb) = two.solids, two.places
         # Corners and edges that meet beside all faces have no patch.
         assert found or set(kinds) <= {"box", "hull"}
-        # Polytopes whose corners alone are nearest are compared along a face or edges, of which
-        # the core takes those that can be nearest.
-        beside = two.in_python()[0] < two.nearest()[0] - 1e-9 and set(kinds) <= {"box", "hull"}
-        if is_exact(a, b) and not beside:
-            known = list(meeting_points([(a, pa)], [(b, pb)], margin))
-            assert len(known) == len(found)
-            for point in known:
-                away = [np.abs(point.position - own.point).max() for own in found]
-                own = found[int(np.argmin(away))]
-                assert min(away) < 1e-9
-                assert abs(own.gap - point.gap) < 1e-9
-                assert np.allclose(own.normal, point.normal, atol=1e-7)
+        for own in found:
+            half = 0.5 * own.gap * own.normal
+            assert own.gap <= margin + EXACT
+            assert min(two.within(own.point + half, own.point - half)) > -1e-6
+            assert two.between(own.normal) < own.gap + THROUGH
         for own in found:
             again, inside = two.follow(own.feature)
             names.add(own.feature.kind)
@@ -164,3 +211,33 @@ def test_touching_points(kinds):
             assert abs(again.gap - own.gap) < 1e-9
             assert inside > -2e-6
     assert names
+
+
+def test_boxes_share_the_corners_of_what_their_faces_have_in_common():
+    rng, margin = np.random.default_rng(7), 5e-5
+    for _ in range(20):
+        two = Two(("box", "box"), rng)
+        a, b = (np.ravel(solid.halfSide) for solid in two.solids)
+        turn = rng.uniform(0, np.pi)
+        two.places = [
+            pin.SE3(pin.rpy.rpyToMatrix(0, 0, turn), np.array([*rng.normal(size=2) * 0.1, a[2]])),
+            pin.SE3(np.eye(3), np.array([0, 0, -b[2]])),
+        ]
+        sides = []
+        for half, place in ((a, two.places[0]), (b, two.places[1])):
+            for k in (0, 1):
+                for sign in (1.0, -1.0):
+                    n = sign * place.rotation[:2, k]
+                    sides.append((n, n @ place.translation[:2] + half[k]))
+        known = [
+            p
+            for i, (n, g) in enumerate(sides)
+            for m, h in sides[:i]
+            if abs(np.linalg.det([n, m])) > EXACT
+            for p in [np.linalg.solve([n, m], [g, h])]
+            if all(k @ p < f + EXACT for k, f in sides)
+        ]
+        found = [own.point for own in two.touching(margin)]
+        assert len(found) == len(known)
+        for p in known:
+            assert min(np.abs(own - [*p, 0.0]).max() for own in found) < EXACT

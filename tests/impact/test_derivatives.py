@@ -92,6 +92,16 @@ def two_bodies(first, other, way, **collision):
     return ik.Scene(world, [blow(names[0], 2)], contacts=[touch]), q, v
 
 
+def corner_on_a_face():
+    """A box whose lowest corner is a little within the top of another one."""
+    half, turn = np.array([0.15, 0.1, 0.05]), pin.Quaternion(MIXED).matrix()
+    corner = -turn @ (half * np.sign(turn[2]))
+    scene, q, v = two_bodies("box", "box", [-corner[0], -corner[1], half[2] - 2e-3 - corner[2]])
+    scene, v[3:] = ik.Scene(scene.robot, contacts=scene.contacts), 0.1 * v[3:]
+    assert ik.solve(scene, q, v).contacts[0].impulse[2] > 0.0
+    return scene, q, v
+
+
 def every_kind(seed=0):
     rng = np.random.default_rng(seed)
     robot = ik.Robot.from_urdf(EVERY_KIND, root="freeflyer")
@@ -201,6 +211,7 @@ CASES = {
     "two balls": lambda: two_bodies("ball", "ball", [0.066, 0.033, 0.066], friction=0.05),
     "balls of two sizes": lambda: two_bodies("ball", "billiard_ball", [0.05, 0.026, 0.05]),
     "a ball and a face": lambda: two_bodies("ball", "box", [0.02, -0.03, 0.099], friction=0.05),
+    "a corner and a face": corner_on_a_face,
     "a plane that moves": moving_plane,
     "a joint stop": at_stop,
     "three feet of Solo12": feet_of_solo,
@@ -431,8 +442,11 @@ def test_arrays_are_read_only_and_shapes_told():
 
 def test_what_has_none_of_this_kind_is_refused():
     q, v = np.array([0.3, 0, 0.009, 0, 0, 0, 1]), np.array([1.0, 0, -2, 0, 0, 0])
-    boxes = ik.combine(a=BOX, b=BOX)
-    state = boxes.configuration({"a/root_joint": [0.05, 0, 0.1, 0, 0, 0, 1]})
+    # Edges that cross.
+    boxes, turned = ik.combine(a=BOX, b=BOX), pin.Quaternion(pin.rpy.rpyToMatrix(0, 0.8, 0.5))
+    low = 0.15 * np.sin(0.8) + 0.05 * np.cos(0.8)
+    at = [-0.15, 0.0, 0.05 + low - 1e-4, *turned.coeffs()]
+    state = boxes.configuration({"a/root_joint": at})
     falls = boxes.velocity({"a/root_joint": [0, 0, -1, 0, 0, 0]})
     for scene, at, u, words in (
         (
@@ -441,7 +455,12 @@ def test_what_has_none_of_this_kind_is_refused():
             v,
             "second",
         ),
-        (ik.Scene(boxes, contacts=[ik.Collision("a/box", "b/box")]), state, falls, "Box and Box"),
+        (
+            ik.Scene(boxes, contacts=[ik.Collision("a/box", "b/box", margin=1e-2)]),
+            state,
+            falls,
+            "polytope",
+        ),
     ):
         impact = ik.solve(scene, at, u)
         with pytest.raises(ik.errors.InputError, match=words):

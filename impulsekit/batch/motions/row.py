@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import ImpulsekitError
 from ...impact.contact_results import contact_impulses
-from ...laws.status import Status
+from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import simulate
 from ...scene import Scene

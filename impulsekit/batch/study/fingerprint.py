@@ -19,7 +19,7 @@ from ...robot.geometry import geometry_ids, shape_content
 from ...scene import Collision, Scene
 
 # Distributions whose numbers are in the rows.
-_PACKAGES = ("numpy", "pin", "coal", "numba")
+_PACKAGES = ("numpy", "pin", "coal")
 
 
 def versions() -> dict[str, str]:

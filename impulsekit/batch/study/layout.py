@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...laws.status import Status
+from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
 from .study import Study

@@ -49,7 +49,7 @@ def run_study(
         StoreLockedError: another process writes to the store, or it was moved or deleted.
         StoreFullError: no space is left; written rows are kept.
         FileError: the folder cannot be made or written to.
-        MissingExtraError: numba, xarray or zarr is not installed.
+        MissingExtraError: xarray or zarr is not installed.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene

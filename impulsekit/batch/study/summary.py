@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...laws.status import Status
+from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from .chunks import checksums_told
 from .layout import UNWRITTEN

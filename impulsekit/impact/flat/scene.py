@@ -297,19 +297,17 @@ class Flattening:
             self._core.set_ellipse(body, touched.placement.rotation.dot(entry.friction.along))
 
     def _touch_bodies(self, entry: Collision, index: int) -> Ends:
-        from ...geometry.core_shapes import core_shapes
         from ...robot.geometry import geometry_ids
         from ...rows.bodies import bodies_of
 
         robot, objects = self._robot, self._robot.collision_model.geometryObjects
         ids = [geometry_ids(robot, name)[0] for name in (entry.first, entry.other)]
         pieces, bodies = [objects[own[0]] for own in ids], bodies_of(robot, entry)
+        both = bodies.first, bodies.other
         ball = _ball_of(pieces) if len(ids[0]) == len(ids[1]) == 1 else None
         if ball is None:
-            one, two = (
-                (self._model.bodies[joint], np.eye(4, 3).ravel()) for joint in bodies.joint_ids
-            )
-            shapes = [core_shapes(own) for own in bodies.pieces]
+            one, two = ((self._model.bodies[body.joint_id], np.eye(4, 3).ravel()) for body in both)
+            shapes = [body.shapes for body in both]
             self._core.touch_bodies(one, two, bodies.margin, turns(entry), None, *shapes)
             self._shaped.append(index)
         else:
@@ -318,8 +316,8 @@ class Flattening:
                 for piece in (pieces if ball[3] > 0.0 else pieces[::-1])
             )
             self._core.touch_bodies(one, two, bodies.margin, turns(entry), ball, [], [])
-        self._rub(entry, robot.model.frames[bodies.frame_ids[1]])
-        return bodies.joint_ids, bodies.frame_ids
+        self._rub(entry, robot.model.frames[both[1].frame_id])
+        return (both[0].joint_id, both[1].joint_id), (both[0].frame_id, both[1].frame_id)
 
 
 def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | None:

@@ -11,7 +11,7 @@ import numpy as np
 from ...impact.contact_law import ContactSolution
 from ...impact.outcome import Outcome, Touch
 from ...impact.result import Impact
-from ...laws.status import Status
+from ...impact.status import Status
 
 if TYPE_CHECKING:
     from ...scene import Scene

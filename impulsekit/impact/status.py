@@ -5,9 +5,10 @@ from __future__ import annotations
 import enum
 from typing import Any
 
-from .tolerances import RESIDUAL_LIMIT
+__all__ = ["BY_CODE", "RESIDUAL_LIMIT", "Status", "judged"]
 
-__all__ = ["BY_CODE", "Status", "judged"]
+# Residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
+RESIDUAL_LIMIT = 1e-9
 
 
 class Status(int, enum.Enum):

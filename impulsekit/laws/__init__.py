@@ -1,1 +1,0 @@
-"""Laws of contact as functions on floats and arrays: numba compiles them, Python runs them."""
