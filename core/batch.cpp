@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -233,6 +234,7 @@ class Block {
             code = kRefused;
             return;
         }
+        if (b_.out.gaps) write_gaps(row);
         numbers_.resize(nv * nv + 2 * nv);
         double *M = numbers_.data(), *v = M + nv * nv, *blow = v + nv;
         for (int i = 0; i < nv * nv; ++i) M[i] = get(M_[i], k);
@@ -273,6 +275,14 @@ class Block {
             std::copy(s.multipliers.begin(), s.multipliers.end(),
                       b_.out.constraint_impulses + (first_ + k) * s.multipliers.size());
         if (b_.out.contact_impulses || b_.out.normal_components) write_contacts(first_ + k);
+    }
+
+    void write_gaps(std::size_t row) {
+        const std::size_t n = scene_.contacts.size();
+        double* gaps = b_.out.gaps + row * n;
+        std::fill(gaps, gaps + n, std::numeric_limits<double>::quiet_NaN());
+        for (const StateRows::Point& point : lane_.points)
+            if (!(gaps[point.entry] <= point.gap)) gaps[point.entry] = point.gap;
     }
 
     // By entry: the impulse in world axes (of a stop along its coordinate); and of the points that

@@ -38,6 +38,7 @@ struct BatchOutput {
     double *v_after = nullptr, *dv = nullptr, *generalized_impulse = nullptr;
     double *energy_change = nullptr, *contact_impulses = nullptr, *constraint_impulses = nullptr;
     double *normal_components = nullptr, *reactions = nullptr, *bodies = nullptr;
+    double* gaps = nullptr;  // by contact, of the lowest of its points; NaN where none touches
     std::int8_t* codes = nullptr;
 };
 

@@ -162,6 +162,7 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     out.energy_change = output_of(outputs, "energy_change", B);
     out.contact_impulses = output_of(outputs, "contact_impulses", B * contacts * 3);
     out.normal_components = output_of(outputs, "normal_components", B * contacts * 3);
+    out.gaps = output_of(outputs, "gaps", B * contacts);
     out.constraint_impulses = output_of(outputs, "constraint_impulses", B * scene.rows());
     out.reactions = output_of(outputs, "reactions", B * joints.size() * 6);
     out.bodies = output_of(outputs, "bodies", B * links.size() * 6);

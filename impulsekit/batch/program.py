@@ -63,6 +63,11 @@ _Programs = dict[tuple[tuple[str, ...], tuple[int, ...]], Program]
 _programs: KeptByScene[_Programs] = KeptByScene(lambda scene: {})
 
 
+def is_new(scene: Scene) -> bool:
+    """Whether no batch of a scene was solved yet."""
+    return not _programs.of(scene)
+
+
 def program_of(
     scene: Scene, *, links: tuple[str, ...] = (), pointed: tuple[int, ...] = ()
 ) -> Program:

@@ -29,6 +29,7 @@ OUTPUTS = (
     "reactions",
     "bodies",
     "normal_components",
+    "gaps",
     "uniqueness",
 )
 
@@ -41,6 +42,8 @@ class ImpactBatch(Displayed):
         status: (B,) the ``Status`` of each row, as an integer code.
         plan: how the rows were solved.
         arrays: the requested outputs, by name.
+        doubts: what of the scene and the states is likely not meant, a sentence for each contact
+            that is open, or overlaps, by more than ``Scene.gap_bound``, with the number of rows.
 
     Example:
         >>> import numpy as np
@@ -51,6 +54,7 @@ class ImpactBatch(Displayed):
     status: np.ndarray
     plan: BatchPlan | None
     arrays: dict[str, np.ndarray] = field(repr=False)
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         outputs = f"outputs {', '.join(self.arrays)}"
@@ -96,6 +100,14 @@ class ImpactBatch(Displayed):
         return self._asked("normal_components")
 
     @property
+    def gaps(self) -> np.ndarray:
+        """(B, contacts) the gap of each contact [m, rad], of several points the lowest.
+
+        Negative where bodies overlap; NaN of a contact that does not touch.
+        """
+        return self._asked("gaps")
+
+    @property
     def constraint_impulses(self) -> np.ndarray:
         """(B, rows) of the bilateral constraints, row after row as in ``Impact``."""
         return self._asked("constraint_impulses")
@@ -121,8 +133,8 @@ class ImpactBatch(Displayed):
     def uniqueness(self) -> np.ndarray:
         """(B,) the index of each row's verdict in ``VERDICTS``.
 
-        0 if it is proven that no other v⁺ obeys the law, 1 if it is not proven, 2 if others were
-        found: ``solve`` of the row gives them, in ``impact.uniqueness``.
+        0 if it is proven that no other v⁺ obeys the law and gains no energy, 1 if it is not
+        proven, 2 if others were found: ``solve`` of the row gives them, in ``impact.uniqueness``.
         """
         return self._asked("uniqueness")
 

@@ -14,6 +14,8 @@ def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
         return ()
     if name in ("contact_impulses", "normal_components"):
         return (len(scene.contacts), 3)
+    if name == "gaps":
+        return (len(scene.contacts),)
     if name == "constraint_impulses":
         said = (rows_of_entry(scene.robot, entry) for entry in scene.held)
         return (sum(len(rows.labels) for rows in said),)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, UnknownNameError, a_thing, check_kind
+from ..errors import InputError, UnknownNameError, a_thing, check_kind, warn_of_setup
 from ..impact.flat.model import widest_core
 from ..impact.status import Status
 from ..robot.arrays import lock
-from ..scene import Scene
+from ..scene import JointStop, Scene
 from ..scene.numbers import whole
 from .inputs import BatchInputs, batch_inputs
-from .program import Program, program_of
+from .program import Program, is_new, program_of
 from .progress import shown
 from .remote import is_lazy, solve_lazily, solve_remotely
 from .result import OUTPUTS, ImpactBatch
@@ -69,14 +69,18 @@ def solve_batch(
         points: in place of ``at`` of contacts: a mapping from entry names to (B, 3) or (3,), in
             the coordinates of the contact's frame [m].
         outputs: the results to compute: "v_after", "dv", "generalized_impulse", "energy_change",
-            "contact_impulses", "constraint_impulses", "normal_components", "reactions" (what each
-            moving joint carries), "bodies" (how each link moves), "uniqueness" (whether other v⁺
-            obey the law as well; this one searches row by row). The status is always computed.
+            "contact_impulses", "constraint_impulses", "normal_components", "gaps" (of the contacts
+            that touch), "reactions" (what each moving joint carries), "bodies" (how each link
+            moves), "uniqueness" (whether other v⁺ obey the law as well; this one searches row by
+            row). The status is always computed.
         progress: True for a progress bar on stderr, or a function of (rows done, rows in total).
         threads: number of threads; by default all that the process may use.
         client: a ``distributed.Client`` whose workers solve the rows. Without it, if any
             argument is a dask array, all arrays of the result are dask arrays, computed when
             they are evaluated.
+
+    Warns:
+        SetupWarning: the first time that a scene is solved, if ``ImpactBatch.doubts`` is not empty.
 
     Raises:
         ShapeError, NotFiniteError, StateError, RangeError, UnknownNameError, InputError:
@@ -104,8 +108,10 @@ def solve_batch(
     if client is not None or is_lazy(*given.values()):
         return _on_dask(scene, given, tuple(dict.fromkeys(outputs)), threads, client)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses, points)
+    first = is_new(scene)
     program = program_of(scene, links=inputs.links, pointed=inputs.pointed)
-    shapes = {name: (inputs.size, *shape_of(scene, name)) for name in outputs}
+    looked_at = ("gaps",) if scene.contacts and scene.gap_bound < np.inf else ()
+    shapes = {name: (inputs.size, *shape_of(scene, name)) for name in (*outputs, *looked_at)}
     arrays = {name: np.empty(shape) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
     with shown(progress, inputs.size) as tell:
@@ -120,8 +126,21 @@ def solve_batch(
             array[failed] = np.nan
     if "uniqueness" in arrays:
         arrays["uniqueness"] = verdicts_of(scene, inputs, codes)
+    doubts = tuple(_open_contacts(scene, arrays["gaps"])) if looked_at else ()
     lock(*arrays.values(), codes)
-    return ImpactBatch(codes, program.plan, arrays)
+    if first:
+        warn_of_setup(doubts)
+    return ImpactBatch(codes, program.plan, {name: arrays[name] for name in outputs}, doubts)
+
+
+def _open_contacts(scene: Scene, gaps: np.ndarray) -> Iterator[str]:
+    """A sentence for each contact that is open or overlaps by more than the bound in some rows."""
+    for name, entry, own in zip(scene.entry_names("contacts"), scene.contacts, gaps.T, strict=True):
+        unit = "m or rad" if isinstance(entry, JointStop) else "m"
+        for what, sizes in (("is open", own), ("overlaps", -own)):
+            if count := int((sizes > scene.gap_bound).sum()):
+                most = float(np.nanmax(sizes))
+                yield f"{name} {what} in {count} of {len(own)} rows, by up to {most:.3g} {unit}"
 
 
 def _on_dask(

@@ -289,7 +289,7 @@ SHARED = "redundant contacts share their load by rule"
 REASONS = (
     (PROVEN, "nothing rubs: the problem is convex"),
     (PROVEN, "friction feeds back weakly on the normal impulses"),
-    (PROVEN, "all modes were tried"),
+    (PROVEN, "all modes were tried: any other v⁺ that obeys the law gains energy"),
     (NOT_PROVEN, "Newton's method was started from all modes; no other v⁺ was found"),
     (NOT_PROVEN, "not searched: too many contacts with friction that act on each other"),
 )

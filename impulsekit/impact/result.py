@@ -151,7 +151,7 @@ class Impact(TouchedAnswer):
 
     @cached_property
     def uniqueness(self) -> Uniqueness:
-        """Whether other v⁺ obey the law as well; computed on first access.
+        """Whether other v⁺ that gain no energy obey the law as well; computed on first access.
 
         Without friction, with friction that is weak against the coupling of the contacts, at one
         contact, and of up to four contacts in a plane it is proven or others are found; in space

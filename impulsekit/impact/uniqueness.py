@@ -18,10 +18,11 @@ __all__ = ["Uniqueness", "uniqueness_of"]
 
 @dataclass(frozen=True, eq=False)
 class Uniqueness:
-    """Whether v⁺ is the only one that the law allows.
+    """Whether v⁺ is the only one that the law allows and that gains no energy.
 
     Attributes:
-        verdict: "proven", "not proven" (none was found, or not looked for), or "several".
+        verdict: "proven" (no other v⁺ obeys the law and gains no energy), "not proven" (none was
+            found, or not looked for), or "several".
         reason: what proves it, what was tried, or what leaves it open.
         others: (nv,) each, further v⁺ that obey the law and gain no energy; of a continuum
             its extremes. Empty unless there are several.
@@ -36,7 +37,7 @@ class Uniqueness:
 
     @property
     def proven(self) -> bool:
-        """Whether no other v⁺ obeys the law."""
+        """Whether it is proven that no other v⁺ obeys the law and gains no energy."""
         return self.verdict == "proven"
 
     @property

@@ -68,14 +68,6 @@ def test_the_bound_is_kept_in_scene_files(tmp_path):
         falling(0.0, gap_bound=-1.0)
 
 
-def test_rows_of_a_batch_do_not_warn():
-    scene, q, v = falling(0.3)
-    states = np.array([q, q])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        ik.solve_batch(scene, states, np.array([v, v]))
-
-
 def test_an_open_anchor_and_overlapping_bodies():
     robot = ik.combine(a=ball(), b=ball())
     q = robot.configuration({"b/root_joint": [0.15, 0, 0, 0, 0, 0, 1]})
@@ -202,3 +194,26 @@ def test_rolling_friction_without_a_unit_is_doubted():
         scene = ik.Scene(robot, contacts=[floor], gap_bound=np.inf)
         with pytest.warns(SetupWarning, match=f"{word}; it is a length"):
             ik.solve(scene, robot.neutral(), v)
+
+
+def test_a_batch_counts_the_rows_whose_contacts_are_open():
+    scene, q, v = falling(0.95)
+    heights = np.repeat(q[None], 4, axis=0)
+    heights[:, 2] += [0.0, -0.95, -0.45, -1.0]
+    with pytest.warns(SetupWarning, match="floor is open in 2 of 4 rows") as caught:
+        batch = ik.solve_batch(scene, heights, v)
+    assert caught[0].filename == __file__ and list(batch.arrays) == ["v_after"]
+    assert batch.doubts == (
+        "floor is open in 2 of 4 rows, by up to 0.95 m",
+        "floor overlaps in 1 of 4 rows, by up to 0.05 m",
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert ik.solve_batch(scene, heights, v).doubts == batch.doubts
+        fine = falling(0.95, gap_bound=math.inf)[0]
+        gaps = ik.solve_batch(fine, heights, v, outputs=("gaps",))
+    assert gaps.doubts == ()
+    np.testing.assert_allclose(gaps.gaps[:, 0], [0.95, 0.0, 0.5, -0.05], atol=1e-15)
+    ground = ik.Scene(ball().with_ground(), contacts=[ik.Collision("ball", "ground")])
+    touched = ik.solve_batch(ground, heights, v, outputs=("gaps",)).gaps[:, 0]
+    assert np.isnan(touched[:1]).all() and touched[3] == pytest.approx(-0.05)
