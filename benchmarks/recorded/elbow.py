@@ -113,7 +113,7 @@ def windows(tosses: Sequence[Recording], scene: Scene) -> list[Recording]:
 def elbow_section(
     folder: str | os.PathLike[str],
     *,
-    processes: int | None = None,
+    threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Section:
     """Errors of motions on tosses that took no part in the fit.
@@ -133,10 +133,10 @@ def elbow_section(
     fit = fit_motion(
         seen, scene, restitution=["corner_*"], friction=["corner_*"], held_out=HELD_OUT,
         inertias={"root_joint": INERTIAS, "hinge": INERTIAS}, forces=FORCES,
-        processes=processes, progress=progress,
+        threads=threads, progress=progress,
     )  # fmt: skip
     held = [toss for toss in seen if toss.name in set(fit.held_names)]
-    rollouts = Rollouts(held, scene, QUICK, processes)
+    rollouts = Rollouts(held, scene, QUICK, threads)
     cases = (
         ("homogeneous boxes, e and mu of the cube", scene),
         ("e, mu, inertias and damping fitted", fit.scene),

@@ -22,7 +22,7 @@ Progress = Callable[[int, int], object]
 def measured_report(
     path: str | os.PathLike[str],
     *,
-    processes: int | None = None,
+    threads: int | None = None,
     progress: Progress | None = None,
     tell: Callable[[str], object] | None = None,
 ) -> str:
@@ -32,7 +32,7 @@ def measured_report(
 
     Args:
         path: a file or folder, see ``find_data``.
-        processes: how many follow motions; None for all cores.
+        threads: how many follow motions; None for all cores.
         progress: called with steps done and in all, for each set of data anew.
         tell: called with the name of each set of data before it is worked on.
 
@@ -45,9 +45,9 @@ def measured_report(
         if tell is not None:
             tell(f"{kind}: {shown(os.fspath(place), 200)}")
         if len(found) == 1:
-            return str(_section(kind, place, processes, progress))
+            return str(_section(kind, place, threads, progress))
         try:
-            sections.append(_section(kind, place, processes, progress))
+            sections.append(_section(kind, place, threads, progress))
         except ImpulsekitError as error:
             sections.append(Section(kind, [f"left out: {error}"]))
     return joined(sections)
@@ -98,11 +98,11 @@ def _kind_of_tensor(path: Path) -> str:
     return "elbow" if shape[-1:] == (elbow.ELBOW_COLUMNS,) else "cube"
 
 
-def _section(kind: str, place: Path, processes: int | None, progress: Progress | None) -> Section:
+def _section(kind: str, place: Path, threads: int | None, progress: Progress | None) -> Section:
     if kind == "cube":
-        return tosses.toss_section(place, processes=processes, progress=progress)
+        return tosses.toss_section(place, threads=threads, progress=progress)
     if kind == "elbow":
-        return elbow.elbow_section(place, processes=processes, progress=progress)
+        return elbow.elbow_section(place, threads=threads, progress=progress)
     if kind == "drops":
         return drops.drop_section(place, progress=progress)
     return landings.landing_section(place, progress=progress)

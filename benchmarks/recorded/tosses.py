@@ -68,7 +68,7 @@ def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
 def toss_section(
     path: str | os.PathLike[str],
     *,
-    processes: int | None = None,
+    threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Section:
     """Mean and median errors on tosses that took no part in the fit, beside published figures.
@@ -83,11 +83,11 @@ def toss_section(
     moved = calibration.scene(scene)
     fit = fit_motion(
         tosses, moved, restitution=["corner_*"], friction=["corner_*"], held_out=HELD_OUT,
-        processes=processes, progress=progress,
+        threads=threads, progress=progress,
     )  # fmt: skip
     held = [toss for toss in tosses if toss.name in set(fit.held_names)]
-    rows = [("published e and mu, mass centre at the centre", _errors(held, scene, processes)),
-            ("published e and mu, mass centre by free fall", _errors(held, moved, processes)),
+    rows = [("published e and mu, mass centre at the centre", _errors(held, scene, threads)),
+            ("published e and mu, mass centre by free fall", _errors(held, moved, threads)),
             ("e and mu fitted, mass centre by free fall", fit.held_out)]  # fmt: skip
     values = ", ".join(f"{n} = {v:.3f}" for n, v in zip(fit.names, fit.values, strict=True))
     lines = [
@@ -113,8 +113,8 @@ def toss_section(
     )  # fmt: skip
 
 
-def _errors(held: Sequence[Recording], scene: Scene, processes: int | None) -> np.ndarray:
-    return Rollouts(held, replace(scene), QUICK, processes).errors(scene)
+def _errors(held: Sequence[Recording], scene: Scene, threads: int | None) -> np.ndarray:
+    return Rollouts(held, replace(scene), QUICK, threads).errors(scene)
 
 
 def _row(what: str, errors: np.ndarray) -> str:

@@ -660,6 +660,26 @@ void bind_motion(nb::module_& module) {
                              found.append(impact_of(impact));
                          return found;
                      })
+        // Of all impacts: times, codes, v before and after, which contacts touched, impulses.
+        .def_prop_ro(
+            "met",
+            [](const Motion& self) {
+                const std::size_t contacts = self.scene().scene.contacts.size();
+                std::vector<double> times, before, after, touching, impulses;
+                std::vector<int> codes;
+                for (const MetImpact& impact : self.impacts) {
+                    times.push_back(impact.t);
+                    codes.push_back(impact.code);
+                    before.insert(before.end(), impact.v.begin(), impact.v.end());
+                    after.insert(after.end(), impact.after.begin(), impact.after.end());
+                    std::vector<double> own(contacts);
+                    for (int entry : impact.entries) own[entry] = 1.0;
+                    touching.insert(touching.end(), own.begin(), own.end());
+                    impulses.insert(impulses.end(), impact.impulses.begin(), impact.impulses.end());
+                }
+                return nb::make_tuple(array_of(times), codes, array_of(before), array_of(after),
+                                      array_of(touching), array_of(impulses));
+            })
         .def_prop_ro("rests",
                      [](const Motion& self) {
                          std::vector<std::tuple<int, double, double>> found;

@@ -113,6 +113,24 @@ int Motion::solve(const std::vector<RestPoint>& points, const double* v, bool so
     return code_of(solution_);
 }
 
+// (contacts, 3) the impulses that were just solved, on first bodies in the world, summed over the
+// points of a contact; of joint stops in their joints, first.
+std::vector<double> Motion::impulses_at(const std::vector<RestPoint>& points) {
+    std::vector<double> found(3 * scene_->scene.contacts.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Gap& gap = dynamics_.touching.gaps()[points[i].gap];
+        const double* P = solution_.contact.impulse.data() + 3 * i;
+        const bool has_place = gap.kind != Contact::stop && gap.kind != Contact::functions;
+        const Mat axes =
+            has_place ? dynamics_.touching.spot(dynamics_.tree, points[i]).axes : Between().axes;
+        const Vec world = gap.kind == Contact::stop ? Vec{gap.sign * P[2], 0.0, 0.0}
+                                                    : axes * Vec{P[0], P[1], P[2]};
+        double* own = found.data() + 3 * gap.entry;
+        own[0] += world.x, own[1] += world.y, own[2] += world.z;
+    }
+    return found;
+}
+
 // An impact of what closes, with all that rests taking part.
 bool Motion::meet(const std::vector<int>& closing) {
     if (static_cast<int>(impacts.size()) >= settings_.max_impacts) {
@@ -194,6 +212,7 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
             impact.code = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
         }
     }
+    impact.impulses = impulses_at(points);
     impacts.push_back(impact);
     if (!is_valid_code(impact.code)) {
         ended = Ended::impact_not_valid;
@@ -265,6 +284,7 @@ bool Motion::without_collision() {
         impact.after = after;
         impact.is_soft = true;
         impact.code = code;
+        impact.impulses = impulses_at(points);
         impacts.push_back(impact);
         if (!is_valid_code(code)) {
             ended = Ended::impact_not_valid;

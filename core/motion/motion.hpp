@@ -44,6 +44,7 @@ struct MetImpact {
     std::vector<double> q, v, after;
     std::vector<int> entries;                       // contacts that take part
     std::vector<std::pair<int, Feature>> features;  // points of bodies among them
+    std::vector<double> impulses;                   // (contacts, 3) on first bodies, in the world
     bool is_soft = false;                           // met without restitution
     int code = 0;                                   // as impulsekit.Status has it
 };
@@ -151,6 +152,7 @@ class Motion {
                     std::vector<int>& turning, bool in_units = true);
     MetImpact impact_of(const std::vector<RestPoint>& points) const;
     int solve(const std::vector<RestPoint>& points, const double* v, bool soft, double* after);
+    std::vector<double> impulses_at(const std::vector<RestPoint>& points);
     std::vector<RestPoint> touching_points(const std::vector<int>& gaps);
 
     // Rest.

@@ -25,7 +25,7 @@ from .common import check_outputs, json_option, write_json
 @click.option("--time", default="s", type=click.Choice(["s", "ms", "us", "ns"]))
 @click.option("--repair", multiple=True, type=click.Choice(["gaps", "time", "norm"]))
 @click.option("--level", default=0.95, show_default=True, help="Of the intervals.")
-@click.option("--processes", type=int, help="How many.  [default: all cores]")
+@click.option("--threads", type=int, help="How many.  [default: all cores]")
 @click.option("--seed", default=0, show_default=True)
 @click.option(
     "--scene-out", type=click.Path(), help="Write the scene with the fitted coefficients."
@@ -68,7 +68,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
         motions=options["motions"],
         compare=options["compare"],
         held_out=options["held_out"],
-        processes=options["processes"],
+        threads=options["threads"],
         progress=None if options["quiet"] else bar_on_terminal("motions"),
         seed=options["seed"],
     )

@@ -211,7 +211,7 @@ def identify(
     motions: bool = True,
     compare: bool = False,
     held_out: float = 0.25,
-    processes: int | None = None,
+    threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
     seed: int = 0,
 ) -> Identification:
@@ -226,7 +226,7 @@ def identify(
         motions: whether to fit whole motions, which takes longest.
         compare: whether to compare laws on the single impacts, see ``compare_laws``.
         held_out: share of the recordings that the fit to whole motions leaves out.
-        processes, progress, seed: as for ``fit_motion``.
+        threads, progress, seed: as for ``fit_motion``.
 
     Raises:
         InputError: no contact with a coefficient, or as for ``calibrate`` and ``find_impacts``.
@@ -239,7 +239,7 @@ def identify(
         >>> identify(tosses, file.scene).by_motion["corner_*: friction"]  # doctest: +SKIP
         0.18
     """
-    check_choices(held_out, processes, seed)
+    check_choices(held_out, threads, seed)
     check_kind(scene, Scene, "identify")
     several = as_recordings(recordings, "identify")
     restitution, friction = _chosen(scene, restitution, friction)
@@ -277,7 +277,7 @@ def identify(
     if motions and enough:
         by_motion = fit_motion(
             several, scene, restitution=restitution, friction=friction, held_out=held_out,
-            processes=processes, progress=progress, seed=seed,
+            threads=threads, progress=progress, seed=seed,
         )  # fmt: skip
     elif motions:
         notes.append(f"{len(several)} recordings are too few to fit whole motions")

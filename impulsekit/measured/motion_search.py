@@ -159,7 +159,7 @@ class SmoothFit:
 def are_smooth(rollouts: Rollouts, scene: Scene, which: Sequence[int]) -> bool:
     """Return whether motions from the first states come to their ends without an impact."""
     for own in (which[:FIRST], which[FIRST:]):
-        for row in rollouts.rows(scene, own, impacts=True):
+        for row in rollouts.rows(scene, own):
             if row is None or row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
                 return False
     return True

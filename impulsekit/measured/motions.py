@@ -132,7 +132,7 @@ def fit_motion(
     forces: Mapping[str, Sequence[str]] | None = None,
     held_out: float = 0.25,
     settings: MotionSettings | None = None,
-    processes: int | None = None,
+    threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
     seed: int = 0,
 ) -> MotionFit:
@@ -156,7 +156,7 @@ def fit_motion(
             ["damping"]}``; from a fifth to five times the scene's value.
         held_out: share of the recordings that takes no part, evenly taken.
         settings: of the motions; by default quick ones.
-        processes: how many; None for all cores.
+        threads: how many; None for all cores.
         progress: called with evaluations done and in all.
         seed: of points and resamples; the same seed gives the same fit.
 
@@ -172,7 +172,7 @@ def fit_motion(
         >>> print(fit, *fit.notes, sep="\\n")  # doctest: +SKIP
     """
     several = as_recordings(recordings, "fit_motion")
-    check_choices(held_out, processes, seed)
+    check_choices(held_out, threads, seed)
     parameters = parameters_of(scene, restitution, friction, inertias or {})
     parameters += force_parameters_of(scene, forces or {})
     if not parameters:
@@ -186,12 +186,12 @@ def fit_motion(
             f"fit_motion: {len(fitted)} recordings to fit are too few, "
             f"{FEWEST_RECORDINGS} is the least"
         )
-    rollouts = Rollouts(several, scene, settings or QUICK, processes)
+    rollouts = Rollouts(several, scene, settings or QUICK, threads)
     search = _Search(scene, parameters, rollouts, fitted, seed, progress)
     return search.result(several, sorted(apart))
 
 
-def check_choices(held_out: float, processes: int | None, seed: int) -> None:
+def check_choices(held_out: float, threads: int | None, seed: int) -> None:
     """Refuse what ``fit_motion`` does not take, before anything long begins.
 
     Raises:
@@ -199,8 +199,8 @@ def check_choices(held_out: float, processes: int | None, seed: int) -> None:
     """
     if not 0.0 <= number(held_out, "held_out") < 1.0:
         raise RangeError.of("held_out", held_out, "0 or more and below 1")
-    if processes is not None:
-        whole(processes, "processes", 1)
+    if threads is not None:
+        whole(threads, "threads", 1)
     whole(seed, "seed", 0)
 
 

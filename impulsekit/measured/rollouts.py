@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import pickle
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -13,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..batch.inputs import batch_inputs
-from ..batch.motions.pool import CannotSend, Lost, follow_rows, worker_count
-from ..batch.motions.row import followed_row
+from ..batch.motions.row import RowResult
+from ..batch.motions.threads import follow_rows
 from ..errors import InputError
 from ..motion.record.comparing import frame_distances, moving_links
 from ..motion.record.status import MotionStatus
@@ -83,7 +81,7 @@ class Rollouts:
         recordings: what is followed.
         scene: for the first flights; coefficients do not matter there.
         settings: of the motions.
-        processes: how many; None for all cores.
+        threads: how many; None for all cores.
     """
 
     def __init__(
@@ -91,12 +89,12 @@ class Rollouts:
         recordings: Sequence[Recording],
         scene: Scene,
         settings: MotionSettings = QUICK,
-        processes: int | None = None,
+        threads: int | None = None,
     ) -> None:
         self.recordings = tuple(recordings)
         self.starts = starts_of(recordings, scene)
         self.links = moving_links(scene.robot)
-        self._settings, self._processes = settings, processes
+        self._settings, self._threads = settings, threads
 
     def with_settings(self, **changed: Any) -> Rollouts:
         """The same with other settings of the motions."""
@@ -110,13 +108,11 @@ class Rollouts:
         which: Sequence[int],
         *,
         starts: Sequence[Start] | None = None,
-        impacts: bool = False,
     ) -> list[Any]:
         """The motions of some recordings, as ``followed_row`` gives them.
 
         Args:
             starts: in place of the first states of these recordings.
-            impacts: whether they are kept.
         """
         rows: list[Any] = []
         for i, k in enumerate(which):
@@ -124,25 +120,17 @@ class Rollouts:
             times = recording.t - recording.t[0]
             settings = self._settings.changed(duration=float(times[-1]), samples=len(times))
             inputs = batch_inputs(scene, start.q, start.v, None, None, None, None)
-            rows.append((inputs, settings, times, impacts))
-        count = worker_count(len(rows), self._processes)
-        if count > 1:
-            # Long ones first, so that no process waits for the last.
-            order = sorted(range(len(rows)), key=lambda k: -len(rows[k][2]))
-            found: list[Any] = [None] * len(rows)
+            rows.append((inputs, settings, times))
+        # Long ones first, so that no thread waits for the last.
+        order = sorted(range(len(rows)), key=lambda k: -len(rows[k][2]))
+        found: list[Any] = [None] * len(rows)
 
-            def take(index: int, answer: Any) -> None:
-                found[order[index]] = None if isinstance(answer, Lost) else answer
+        def take(index: int, row: RowResult) -> None:
+            found[order[index]] = row
 
-            packed = pickle.dumps(scene)
-            key = hashlib.sha256(packed).hexdigest()
-            try:
-                if not follow_rows(packed, key, [rows[k] for k in order], count, take):
-                    raise KeyboardInterrupt
-                return found
-            except CannotSend:
-                pass
-        return [followed_row(scene, *row) for row in rows]
+        if not follow_rows(scene, [rows[k] for k in order], self._threads, take):
+            raise KeyboardInterrupt
+        return found
 
     def errors(self, scene: Scene, which: Sequence[int] | None = None) -> np.ndarray:
         """(K, 2) mean distance [m] and angle [rad] over each recording and all links.

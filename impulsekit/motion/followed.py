@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -62,24 +63,35 @@ class Followed:
         vars(twin).update(vars(self), core=self.core.copy())
         return twin
 
-    def to_end(self, times: np.ndarray, progress: Callable[[float], None] | None) -> Trajectory:
-        """Follow it for the settings' duration; the motion, sampled at ``times``."""
-        core, duration, status = self.core, self.settings.duration, MotionStatus.FINISHED
-        interrupts = Interrupts()
+    def to_end(
+        self,
+        times: np.ndarray,
+        progress: Callable[[float], None] | None,
+        interrupts: Interrupts | None = None,
+    ) -> Trajectory:
+        """Follow it for the settings' duration; the motion, sampled at ``times``.
 
-        def look(t: float) -> None:
-            interrupts.heed()
-            if progress is not None:
-                call(progress, "progress", t)
-                interrupts.heed()
+        Args:
+            interrupts: of whoever follows several in threads.
+        """
+        core, duration, status = self.core, self.settings.duration, MotionStatus.FINISHED
+        own = Interrupts() if interrupts is None else nullcontext(interrupts)
 
         try:
-            with interrupts:
+            with own as interrupts, np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 self.begin()
+                heed = interrupts.heed
+
+                def look(t: float) -> None:
+                    heed()
+                    if progress is not None:
+                        call(progress, "progress", t)
+                        heed()
+
                 if core.begun:
                     every = BETWEEN_LOOKS if progress is None else 1
                     core.run(duration, duration, look, every)
-                interrupts.heed()
+                heed()
         except KeyboardInterrupt:
             status = MotionStatus.INTERRUPTED
         return self.trajectory(core.t, times, self.settings, status)

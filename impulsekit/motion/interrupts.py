@@ -34,6 +34,10 @@ class Interrupts:
         if self._installed:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
+    def stop(self) -> None:
+        """As if Ctrl-C had come, for what other threads follow."""
+        self._struck = True
+
     def heed(self) -> None:
         """Raise the KeyboardInterrupt that came."""
         if self._struck:

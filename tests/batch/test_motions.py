@@ -1,4 +1,4 @@
-"""Many motions at once are those of ``simulate``, whatever becomes of rows or processes."""
+"""Many motions at once are those of ``simulate``, whatever becomes of rows."""
 
 import os
 import pathlib
@@ -13,7 +13,6 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit import errors
-from impulsekit.batch.motions import pool
 from impulsekit.cli import main
 
 MODELS = pathlib.Path(__file__).parents[2] / "models"
@@ -35,9 +34,9 @@ def test_rows_are_the_motions_of_simulate_bit_for_bit():
     restitution = np.linspace(0.1, 0.7, 6)[:, None]
     batch = ik.simulate_batch(
         SCENE, q, v, restitution=restitution, masses={"ball": 2.0}, duration=0.5, samples=9,
-        processes=2,
+        threads=2,
     )  # fmt: skip
-    assert batch.finished.all() and len(batch) == 6 and batch.processes == 2
+    assert batch.finished.all() and len(batch) == 6
     at = 0
     for row in range(6):
         motion = batch.motion(row)
@@ -58,7 +57,7 @@ def test_rows_are_the_motions_of_simulate_bit_for_bit():
     # In this process they are the same.
     here = ik.simulate_batch(
         SCENE, q, v, restitution=restitution, masses={"ball": 2.0}, duration=0.5, samples=9,
-        processes=1,
+        threads=1,
     )  # fmt: skip
     np.testing.assert_array_equal(here.q, batch.q)
     np.testing.assert_array_equal(here.impacts.impulse, batch.impacts.impulse)
@@ -66,15 +65,15 @@ def test_rows_are_the_motions_of_simulate_bit_for_bit():
         batch.q[0] = 0.0
 
 
-@pytest.mark.parametrize("processes", [1, 2])
-def test_rows_that_are_wrong_are_told_and_stop_nothing(processes):
+@pytest.mark.parametrize("threads", [1, 2])
+def test_rows_that_are_wrong_are_told_and_stop_nothing(threads):
     q, v = drops(5)
     q[0, 6] = 3.0
     v[1, 0] = np.nan
     q[2, 2] = -1.0
     friction = np.array([[0.3], [0.3], [0.3], [-1.0], [0.3]])
     batch = ik.simulate_batch(
-        SCENE, q, v, friction=friction, duration=0.3, samples=3, processes=processes
+        SCENE, q, v, friction=friction, duration=0.3, samples=3, threads=threads
     )
     assert batch.count() == {ik.MotionStatus.FINISHED: 1, ik.MotionStatus.REFUSED: 4}
     for row, word in enumerate(("quaternion", "nan", "penetrated", "range")):
@@ -91,7 +90,7 @@ def test_a_motion_that_is_stopped_keeps_what_there_was():
     q, v = drops(2)
     batch = ik.simulate_batch(
         SCENE, q, 0.0 * v, duration=3.0, samples=31, restitution=[[0.0], [0.9]], max_impacts=3,
-        processes=1,
+        threads=1,
     )  # fmt: skip
     assert [status.name for status in batch.count()] == ["FINISHED", "EVENT_STORM"]
     assert batch.end[0] == 3.0 and 0.0 < batch.end[1] < 3.0
@@ -99,12 +98,12 @@ def test_a_motion_that_is_stopped_keeps_what_there_was():
     assert np.isfinite(batch.q_end).all()
 
 
-def test_scenes_with_functions_that_do_not_pickle_are_followed_here():
+def test_scenes_with_functions_are_followed_and_told_of():
     push = ik.AppliedForce("ball", linear=lambda t: (t, 0, 0))
     scene = ik.Scene(BALL, contacts=[FLOOR], forces=[push])
     q, v = drops(2)
     batch = ik.simulate_batch(scene, q, v, duration=0.2, samples=2)
-    assert batch.processes == 1 and batch.finished.all()
+    assert batch.finished.all()
 
     def fails(t):
         raise ValueError("no force today")
@@ -114,54 +113,21 @@ def test_scenes_with_functions_that_do_not_pickle_are_followed_here():
         ik.simulate_batch(scene, q, v, duration=0.2)
 
 
-@pytest.mark.slow
-def test_processes_that_are_killed_are_replaced():
-    q, v = drops(6)
-    killed = []
-
-    def kill(done, total):
-        if done == 1:
-            for worker in list(busy):
-                os.kill(worker.process.pid, signal.SIGKILL)
-                killed.append(worker.process.pid)
-
-    busy = []
-    first, pool._Worker = pool._Worker, type("Told", (pool._Worker,), {})
-    try:
-        pool._idle.clear()
-        make = pool._Worker.__init__
-
-        def told(self):
-            make(self)
-            busy.append(self)
-
-        pool._Worker.__init__ = told
-        batch = ik.simulate_batch(SCENE, q, v, duration=0.3, samples=2, processes=2, progress=kill)
-    finally:
-        pool._Worker = first
-    assert len(killed) == 2 and len(busy) > 2
-    assert batch.finished.all()
-    np.testing.assert_array_equal(batch.q[5], batch.motion(5).q)
-
-
-# Processor time [s] of a worker by which it has made steps, on a slow machine too.
-LOADED = 8
 SCRIPT = """
 import numpy as np, impulsekit as ik
 swing = ik.Scene(ik.Robot.from_urdf(ik.models.pendulum_urdf(2)))
 start = np.tile(swing.robot.configuration(joint_1=1.0), (4, 1))
 print("go", flush=True)
-batch = ik.simulate_batch(swing, start, duration=1e5, samples=3, processes=2, max_steps=10**9)
-print(batch.processes, [s.name for s in batch.count()], np.isfinite(batch.q_end[:, 0]).sum(),
+batch = ik.simulate_batch(swing, start, duration=1e6, samples=3, threads=2, max_steps=10**9)
+print([s.name for s in batch.count()], np.isfinite(batch.q_end[:, 0]).sum(),
       batch.end[:2].min() > 0, flush=True)
 """
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_ctrl_c_keeps_what_was_computed_and_leaves_no_process(tmp_path):
+def test_ctrl_c_keeps_what_was_computed(tmp_path):
     script = tmp_path / "run.py"
-    # A script without a guard, as users write them.
     script.write_text(SCRIPT)
     run = subprocess.Popen(
         [sys.executable, script],
@@ -172,23 +138,13 @@ def test_ctrl_c_keeps_what_was_computed_and_leaves_no_process(tmp_path):
     )
     try:
         assert run.stdout.readline() == "go\n"
-        children = []
-        for _ in range(200):
-            time.sleep(0.1)
-            ask = ["ps", "--ppid", str(run.pid), "-o", "pid=,cputimes="]
-            found = subprocess.run(ask, capture_output=True, text=True).stdout.split()
-            children = [int(pid) for pid in found[::2]]
-            if len(children) == 2 and all(int(seconds) >= LOADED for seconds in found[1::2]):
-                break
+        time.sleep(1.0)
         run.send_signal(signal.SIGINT)
         told = run.stdout.read()
         assert run.wait(30) == 0
     finally:
         run.kill()
-    assert told.startswith("2 ['INTERRUPTED'] 2 True")
-    assert len(children) == 2
-    for pid in children:
-        assert not pathlib.Path(f"/proc/{pid}").exists()
+    assert told.startswith("['INTERRUPTED'] 2 True")
 
 
 STUDY = f"""
@@ -230,7 +186,7 @@ def test_a_study_of_motions_goes_to_a_store(tmp_path):
     assert done.exit_code == 0 and "5  FINISHED" in done.output
     rows = ik.study.open_study(tmp_path / "drops_rows")
     study = ik.study.load_study(file)
-    batch = ik.simulate_batch(study.scene, **study.drawn(0), settings=study.motion, processes=1)
+    batch = ik.simulate_batch(study.scene, **study.drawn(0), settings=study.motion, threads=1)
     np.testing.assert_array_equal(rows["q_end"], batch.q_end)
     np.testing.assert_array_equal(rows["q_samples"], batch.q)
     # Momentum: what the floor gave in impacts stops what fell, but for the rest on it.
@@ -248,23 +204,3 @@ def test_a_study_of_motions_goes_to_a_store(tmp_path):
     file.write_text(STUDY.replace('"end", ', '"ends", '))
     wrong = CliRunner().invoke(main, ["batch", str(file), "-q"])
     assert wrong.exit_code != 0 and '"ends"' in wrong.stderr
-
-
-@pytest.mark.skipif(os.name != "posix", reason="processes of POSIX")
-def test_a_process_ends_with_the_one_that_asks():
-    ends = (
-        "import os; from impulsekit.batch.motions.worker import _end_with; asks = os.getppid(); "
-        "print('go', flush=True); _end_with(asks)"
-    )
-    asks = (
-        "import subprocess, sys, time\n"
-        f"child = subprocess.Popen([sys.executable, '-c', {ends!r}], stdout=subprocess.PIPE)\n"
-        "child.stdout.readline()\n"
-        "time.sleep(1.0)\n"
-        "print(child.poll())\n"
-    )
-    run = [sys.executable, "-c", asks]
-    # Both have the pipe of errors: it ends when they have.
-    told = subprocess.run(run, capture_output=True, text=True, check=True, timeout=60)
-    # It was there as long as the other.
-    assert told.stdout == "None\n"

@@ -33,7 +33,7 @@ def test_a_joint_force_comes_back(what):
     true = ik.Scene(ARM, forces=[FORCES[what]], gravity=[0, 0, -9.81])
     wrong = replace(FORCES[what], **{what: 0.6 * getattr(FORCES[what], what)})
     scene = replace(true, forces=[wrong])
-    fit = fit_motion(swings(true), scene, forces={"bearing": [what]}, held_out=0.0, processes=1)
+    fit = fit_motion(swings(true), scene, forces={"bearing": [what]}, held_out=0.0, threads=1)
     truth = getattr(FORCES[what], what)
     # 8 swings of 41 samples with noise of 1e-4 rad.
     assert fit[f"bearing: {what}"] == pytest.approx(truth, rel=1e-3)

@@ -66,9 +66,7 @@ def test_whole_motions_give_a_coefficient_back(balls):
         scene.robot, contacts=[replace(scene.contacts[0], restitution=0.62)], gravity=scene.gravity
     )
     short = [each.part(0.0, 0.4) for each in recordings]
-    found = identify(
-        short, scene, restitution=[], friction=["floor"], calibration=False, processes=1
-    )
+    found = identify(short, scene, restitution=[], friction=["floor"], calibration=False, threads=1)
     fit = found.by_motion
     assert fit["floor: friction"] == pytest.approx(0.11, abs=0.01)
     assert len(fit.held_out) == 3 and fit.held_out[:, 0].max() < 0.01
@@ -97,7 +95,7 @@ def test_motions_follow_e_by_speed():
     scene, seen = balls_with_e_by_speed(3)
     parameters = parameters_of(scene, ["floor"], [], {})
     assert [each.speeds[each.index] for each in parameters] == [1.0, 3.0]
-    rollouts = Rollouts(seen, scene, processes=1)
+    rollouts = Rollouts(seen, scene, threads=1)
 
     def off(*values):
         changed = changed_scene(scene, parameters, np.array(values))
@@ -151,7 +149,7 @@ def test_the_command_on_recorded_tosses(tmp_path):
 
 @pytest.mark.parametrize(
     ("option", "value"),
-    [("held-out", "2"), ("held-out", "nan"), ("processes", "0"), ("seed", "-1")],
+    [("held-out", "2"), ("held-out", "nan"), ("threads", "0"), ("seed", "-1")],
 )
 def test_a_choice_that_cannot_be_is_refused_before_any_work(option, value):
     start = process_time()

@@ -44,7 +44,7 @@ def test_tosses_of_an_elbow_tell_their_coefficients(tosses, monkeypatch):
     monkeypatch.setattr(motions, "STAGES", ((5, 1.0, 8), (4, 1.0, 8)))
     monkeypatch.setattr(elbow, "FORCES", {})
     told = []
-    section = elbow.elbow_section(tosses, processes=1, progress=lambda *each: told.append(each))
+    section = elbow.elbow_section(tosses, threads=1, progress=lambda *each: told.append(each))
     assert section.lines[0].startswith("10 tosses, 10 with flight")
     assert told[-1][0] == told[-1][1] == sum(n * 8 for n in (12, 10))
     values = dict(part.split(" = ") for part in section.lines[1][8:].split(", "))

@@ -70,14 +70,13 @@ class MotionBatch(Displayed):
 
     Attributes:
         t: (T,) the sample times of all [s].
-        q: (B, T, nq), v: (B, T, nv): each row what ``simulate`` gives, bit for bit once its
-            code is compiled; NaN after a motion has ended, and where one was refused.
+        q: (B, T, nq), v: (B, T, nv): each row what ``simulate`` gives, bit for bit;
+            NaN after a motion has ended, and where one was refused.
         status: (B,) the ``MotionStatus`` of each row by its ``code``.
         detail: (B,) what else there is to say of the end, "" where there is nothing.
         end: (B,) up to when each was followed [s]. q_end: (B, nq), v_end: (B, nv) there.
         impacts, rests: tables over all rows.
         evaluations: (B,) how many times the accelerations were worked out.
-        processes: how many there were; 1 where the rows were followed in this one.
         again: gives the motion of a row once more.
 
     Example:
@@ -100,7 +99,6 @@ class MotionBatch(Displayed):
     impacts: ImpactTable
     rests: RestTable
     evaluations: np.ndarray
-    processes: int
     again: Callable[[int], Trajectory] = field(repr=False)
 
     def __len__(self) -> int:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import ImpulsekitError
 from ...impact.contact_results import contact_impulses
 from ...impact.status import Status
+from ...motion.followed import Followed, checked_start
+from ...motion.interrupts import Interrupts
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import simulate
 from ...scene import Scene
@@ -71,27 +73,31 @@ def followed_row(
     inputs: BatchInputs,
     settings: MotionSettings,
     times: np.ndarray,
-    impacts: bool = True,
+    interrupts: Interrupts,
 ) -> RowResult:
     """Follow the only row of ``inputs``; a row that is refused is told as such.
 
     Args:
-        impacts: whether they are kept; half of the work where motions are short.
+        interrupts: what ends it before its time.
 
     Raises:
         ImpulsekitError: a function of the scene is at fault, which is no fault of the row.
+        KeyboardInterrupt: it came before the row began.
     """
+    interrupts.heed()
     if inputs.codes[0] != Status.SOLVED:
         return row_without(
             scene, times, MotionStatus.REFUSED, str(Status(int(inputs.codes[0])).value)
         )
     try:
-        motion = motion_of_row(scene, inputs, 0, settings, times)
+        own = scene_of_row(scene, inputs, 0) if varies(scene, inputs) else scene
+        start = checked_start(own, inputs.q[0], inputs.v[0], "simulate")
+        followed = Followed(own, *start, settings)
+        return _kept(followed, followed.to_end(times, None, interrupts), times)
     except ImpulsekitError as error:
         if error.from_function:
             raise
         return row_without(scene, times, MotionStatus.REFUSED, str(error))
-    return _kept(motion, times, impacts)
 
 
 def row_without(
@@ -107,13 +113,13 @@ def row_without(
         np.full((count, robot.nv), np.nan),
         np.full(robot.nq, np.nan),
         np.full(robot.nv, np.nan),
-        impact_columns(scene, ()),
+        _no_impacts(scene, 0),
         (),
         0,
     )
 
 
-def _kept(motion: Trajectory, times: np.ndarray, impacts: bool) -> RowResult:
+def _kept(followed: Followed, motion: Trajectory, times: np.ndarray) -> RowResult:
     robot = motion.scene.robot
     q = np.full((len(times), robot.nq), np.nan)
     v = np.full((len(times), robot.nv), np.nan)
@@ -129,27 +135,43 @@ def _kept(motion: Trajectory, times: np.ndarray, impacts: bool) -> RowResult:
         v,
         q_end,
         v_end,
-        impact_columns(motion.scene, motion.impacts if impacts else ()),
+        _columns(followed),
         tuple((rest.contact, rest.start, rest.end) for rest in motion.rests),
         motion.evaluations,
     )
 
 
-def impact_columns(scene: Scene, impacts: tuple[tuple[float, Any], ...]) -> dict[str, np.ndarray]:
+def _columns(followed: Followed) -> dict[str, np.ndarray]:
     """The columns of ``ImpactTable`` for the impacts of one motion."""
-    count, contacts, nv = len(impacts), len(scene.contacts), scene.robot.nv
-    columns = {
-        "time": np.array([time for time, _ in impacts], dtype=float),
+    robot, contacts = followed.scene.robot, len(followed.scene.contacts)
+    times, codes, before, after, touching, impulses = followed.core.met
+    columns = _no_impacts(followed.scene, len(times))
+    columns["time"][:], columns["status"][:] = times, codes
+    columns["touching"][:] = touching.reshape(len(times), contacts) > 0.0
+    columns["impulse"][:] = impulses.reshape(len(times), contacts, 3)
+    columns["v_before"][:] = before.reshape(-1, robot.nv)
+    columns["v_after"][:] = after.reshape(-1, robot.nv)
+    if not followed.first:
+        return columns
+    # At the start known impulses strike too.
+    first = _no_impacts(followed.scene, 1)
+    (first["time"][0], impact), *_ = followed.first
+    first["status"][0] = impact.status
+    first["v_before"][0], first["v_after"][0] = impact.v_before, impact.v_after
+    for k, impulse in contact_impulses(impact).items():
+        first["touching"][0, k] = True
+        first["impulse"][0, k, : len(impulse)] = impulse
+    return {name: np.concatenate([first[name], columns[name]]) for name in columns}
+
+
+def _no_impacts(scene: Scene, count: int) -> dict[str, np.ndarray]:
+    """The columns of ``ImpactTable``, for so many impacts."""
+    contacts, nv = len(scene.contacts), scene.robot.nv
+    return {
+        "time": np.zeros(count),
         "status": np.zeros(count, dtype=np.int8),
         "touching": np.zeros((count, contacts), dtype=bool),
         "impulse": np.zeros((count, contacts, 3)),
         "v_before": np.empty((count, nv)),
         "v_after": np.empty((count, nv)),
     }
-    for i, (_, impact) in enumerate(impacts):
-        columns["status"][i] = impact.status
-        columns["v_before"][i], columns["v_after"][i] = impact.v_before, impact.v_after
-        for k, impulse in contact_impulses(impact).items():
-            columns["touching"][i, k] = True
-            columns["impulse"][i, k, : len(impulse)] = impulse
-    return columns

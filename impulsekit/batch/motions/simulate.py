@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import pickle
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -17,11 +15,11 @@ from ...robot.model_checks import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ...scene.numbers import whole
-from ..inputs import BatchInputs, batch_inputs
+from ..inputs import batch_inputs
 from ..progress import shown
-from .pool import CannotSend, Lost, follow_rows, worker_count
 from .result import ImpactTable, MotionBatch, RestTable
-from .row import RowResult, followed_row, motion_of_row, row_without
+from .row import RowResult, motion_of_row, row_without
+from .threads import follow_rows
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -46,18 +44,15 @@ def simulate_batch(
     restitution: Varied | None = None,
     friction: Varied | None = None,
     masses: Varied | None = None,
-    processes: int | None = None,
+    threads: int | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
     **changes: Any,
 ) -> MotionBatch:
     """The motions of one scene from many states, or with many coefficients, on all cores.
 
     Whatever varies has a leading axis of B; what has none holds for all rows. Each row is the
-    motion that ``simulate`` gives, bit for bit once its code is compiled:
-    until then some calls run as Python, which may differ in the last digit. Rows are
-    followed by processes of their own, which stay for the next batch and need no guard in the
-    script that calls; a scene with functions that cannot be pickled (lambdas, functions of the
-    script itself) is followed in this one.
+    motion that ``simulate`` gives, bit for bit. Rows are followed by threads in the native core;
+    functions of a scene (forces, gaps) are Python, of which one runs at a time.
 
     Args:
         scene: what strikes, holds, touches and moves the robot.
@@ -65,7 +60,7 @@ def simulate_batch(
         v: (B, nv) or (nv,) velocities before the impulses strike; at rest by default.
         duration, samples, settings, **changes: as for ``simulate``, the same for all rows.
         impulses, restitution, friction, masses: in place of the scene's, as for ``solve_batch``.
-        processes: how many; by default as many as the process may use cores. 1 for this one.
+        threads: how many; by default as many as the process may use cores.
         progress: True for a bar on stderr, or a function of rows done and rows in all.
 
     Returns:
@@ -83,77 +78,30 @@ def simulate_batch(
         >>> scene = Scene(ball, contacts=[Contact("ball", normal=[0, 0, 1])])
         >>> drop = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
         >>> batch = simulate_batch(scene, drop, restitution=[[0.2], [0.6], [1.5]], duration=1.0,
-        ...                        samples=2, processes=1)
+        ...                        samples=2)
         >>> {status.name: n for status, n in batch.count().items()}
         {'FINISHED': 2, 'REFUSED': 1}
     """
     check_kind(scene, Scene, "simulate_batch")
-    if processes is not None:
-        processes = whole(processes, "processes", 1)
+    if threads is not None:
+        threads = whole(threads, "threads", 1)
     chosen, times = chosen_settings(settings, duration, samples, changes)
     inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
     _check_memory(scene, inputs.size, len(times))
     rows: list[RowResult | None] = [None] * inputs.size
     with shown(progress, inputs.size) as tell:
-        count = worker_count(inputs.size, processes)
-        if count > 1:
-            count = _by_processes(scene, inputs, chosen, times, count, rows, tell)
-        if count == 1:
-            _here(scene, inputs, chosen, times, rows, tell)
+        done = 0
+
+        def take(index: int, row: RowResult) -> None:
+            nonlocal done
+            rows[index] = row
+            done += 1
+            tell(done)
+
+        given = [(inputs.rows(np.array([i])), chosen, times) for i in range(inputs.size)]
+        follow_rows(scene, given, threads, take)
     again = partial(motion_of_row, scene, inputs, settings=chosen, times=times)
-    return _batch(scene, times, rows, count, again)
-
-
-def _here(
-    scene: Scene,
-    inputs: BatchInputs,
-    settings: MotionSettings,
-    times: np.ndarray,
-    rows: list[RowResult | None],
-    tell: Callable[[int], object],
-) -> None:
-    try:
-        for i in range(inputs.size):
-            found = followed_row(scene, inputs.rows(np.array([i])), settings, times)
-            rows[i] = found
-            if found.status is MotionStatus.INTERRUPTED:
-                return
-            tell(i + 1)
-    except KeyboardInterrupt:
-        return
-
-
-def _by_processes(
-    scene: Scene,
-    inputs: BatchInputs,
-    settings: MotionSettings,
-    times: np.ndarray,
-    count: int,
-    rows: list[RowResult | None],
-    tell: Callable[[int], object],
-) -> int:
-    """Have the rows followed; how many processes there were, 1 where that could not be."""
-    try:
-        packed = pickle.dumps(scene)
-    except Exception:  # whatever a user's function raises
-        return 1
-    done = 0
-
-    def take(index: int, answer: RowResult | Lost | None) -> None:
-        nonlocal done
-        if isinstance(answer, Lost):
-            detail = f"the process that followed it ended, twice (exit status {answer.code})"
-            answer = row_without(scene, times, MotionStatus.REFUSED, detail)
-        rows[index] = answer
-        done += 1
-        tell(done)
-
-    sent = [(inputs.rows(np.array([i])), settings, times) for i in range(inputs.size)]
-    try:
-        follow_rows(packed, hashlib.sha256(packed).hexdigest(), sent, count, take)
-    except CannotSend:
-        return 1
-    return count
+    return _batch(scene, times, rows, again)
 
 
 def _check_memory(scene: Scene, rows: int, samples: int) -> None:
@@ -169,7 +117,6 @@ def _batch(
     scene: Scene,
     times: np.ndarray,
     found: Sequence[RowResult | None],
-    processes: int,
     again: Callable[[int], Any],
 ) -> MotionBatch:
     missing = row_without(scene, times, MotionStatus.INTERRUPTED)
@@ -211,7 +158,6 @@ def _batch(
         detail=tuple(row.detail for row in rows),
         impacts=impacts,
         rests=table,
-        processes=processes,
         again=again,
         **arrays,
     )

@@ -39,8 +39,7 @@ def run_study(
         study: the study.
         store: the folder for the rows; created if it does not exist.
         progress: True for a progress bar, or a function of (rows done, rows in total).
-        threads: number of threads of each process, of motions number of processes; by default
-            all that it may use.
+        threads: of each process; by default as many as it may use cores.
         client: a ``distributed.Client``; its workers solve, this process writes. If a worker
             dies, another one solves its chunk.
 
@@ -118,7 +117,7 @@ def _impacts(study: Study, given: dict[str, Any], threads: int | None) -> dict[s
 
 
 def _motions(study: Study, given: dict[str, Any], threads: int | None) -> dict[str, np.ndarray]:
-    batch = simulate_batch(study.scene, **given, settings=study.motion, processes=threads)
+    batch = simulate_batch(study.scene, **given, settings=study.motion, threads=threads)
     if (batch.status == MotionStatus.INTERRUPTED.code).any():
         # A row that was broken off is followed anew by the next run.
         raise KeyboardInterrupt
