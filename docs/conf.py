@@ -13,6 +13,7 @@ import impulsekit  # noqa: E402
 
 project = "impulsekit"
 author = "the impulsekit developers"
+copyright = "2026, the impulsekit authors"
 release = version = impulsekit.__version__
 html_title = f"impulsekit {version}"
 
@@ -45,7 +46,9 @@ napoleon_use_rtype = False
 napoleon_use_admonition_for_examples = False
 
 html_theme = "furo"
-# Moving pages of the gallery: self-contained HTML, copied as it is.
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
+# Replays of the gallery: self-contained HTML, copied as it is.
 html_extra_path = ["_generated/extra"]
 html_copy_source = False
 html_show_sourcelink = False

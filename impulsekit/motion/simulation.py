@@ -35,8 +35,8 @@ class Simulation:
     """A motion that goes on step by step, with torques that are set on the way.
 
     The integrator keeps its own steps, which may reach beyond the time asked for; states in
-    between are read from them, so that short ``step``s cost nothing and change no digit. A torque
-    that is set begins a new one.
+    between are read from them, so that a short ``step`` costs nothing and changes no digit. A
+    torque that is set begins a new one.
 
     Args:
         scene: the robot, what acts on it, and the law of contact; its impulses act at t = 0.
