@@ -1,34 +1,21 @@
-"""A Sphinx extension: the reference out of docstrings, the gallery out of the examples, MathML."""
+"""A Sphinx extension: reference and gallery are made before pages are read; formulas as MathML."""
 
 from __future__ import annotations
 
 import inspect
-import os
 import re
-import subprocess
-import sys
-from concurrent.futures import ThreadPoolExecutor
+import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from docutils import nodes
 from docutils.utils.math import latex2mathml
+from make_gallery import write_gallery
+from sphinx.util import logging
 
-HERE = Path(__file__).parent
-ROOT = HERE.parent
-EXAMPLES = ROOT / "examples"
-GENERATED = HERE / "_generated"
-# Examples that integrate for long or write a picture: their text is shown, not their output.
-NOT_RUN = (
-    "draw_figure_2",
-    "draw_figure_3",
-    "replay_thrown_ball",
-    "struck_four_bar",
-    "compass_gait",
-)
-RUN_SECONDS = 240
-
+SAY = logging.getLogger(__name__).info
+GENERATED = Path(__file__).parent / "_generated"
 # Reference pages: file, title, and the modules whose names belong there, by the longest prefix.
 PAGES = (
     ("robot", "Robots", ("robot", "chain")),
@@ -123,83 +110,6 @@ def write_reference() -> None:
         )
 
 
-def first_words(path: Path) -> str:
-    """The sentence that an example begins with."""
-    text = path.read_text(encoding="utf-8")
-    if path.suffix == ".py":
-        return re.match(r'"""(.*?)(?:\n\n|""")', text, re.S)[1].replace("\n", " ").strip()
-    lines = []
-    for line in text.splitlines():
-        if not line.startswith("#"):
-            break
-        lines.append(line.removeprefix("#").strip())
-    return " ".join(lines)
-
-
-def write_example(path: Path) -> str:
-    """The page of one example, with its output, picture and moving page; its name."""
-    name = path.stem + ("" if path.suffix == ".toml" else "_py")
-    target = GENERATED / "gallery" / f"{name}.md"
-    made = [f"# {path.name}\n", first_words(path), ""]
-    if path.suffix == ".toml":
-        made += _scene_parts(path, name)
-    elif path.stem not in NOT_RUN:
-        made += ["## Output\n", "```text", _output([sys.executable, str(path)]), "```\n"]
-    language = "toml" if path.suffix == ".toml" else "python"
-    relative = os.path.relpath(path, target.parent)
-    made += ["## Source\n", f"```{{literalinclude}} {relative}", f":language: {language}", "```\n"]
-    _write(target, "\n".join(made))
-    return name
-
-
-def _scene_parts(path: Path, name: str) -> list[str]:
-    page = GENERATED / "extra/moving" / f"{name}.html"
-    picture = GENERATED / "gallery" / f"{name}.png"
-    main = "from impulsekit.cli import main; main()"
-    command = [sys.executable, "-c", main, "solve", str(path)]
-    text = _output([*command, "--plot", str(picture), "--html", str(page)])
-    return [
-        f'<a class="reference external" href="../../moving/{name}.html">Open the moving page</a>\n',
-        f"```{{image}} {name}.png",
-        f":alt: Velocities, impulses and energies of {path.name}",
-        "```\n",
-        "## Report\n",
-        "```text",
-        text,
-        "```\n",
-    ]
-
-
-def _output(command: list[str]) -> str:
-    environment = {**os.environ, "MPLBACKEND": "Agg"}
-    done = subprocess.run(
-        command,
-        cwd=GENERATED / "work",
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=RUN_SECONDS,
-        check=False,
-    )
-    # A status that is not valid is part of what an example shows.
-    if done.returncode not in (0, 1) or "Traceback" in done.stderr:
-        raise RuntimeError(f"{' '.join(command)}: {done.stderr}")
-    return done.stdout.rstrip("\n")
-
-
-def write_gallery() -> None:
-    """A page for each example, and the list of them."""
-    (GENERATED / "gallery").mkdir(parents=True, exist_ok=True)
-    paths = sorted([*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.py")])
-    with ThreadPoolExecutor(2) as pool:
-        names = list(pool.map(write_example, paths))
-    rows = ["# All examples\n"]
-    for path, name in zip(paths, names, strict=True):
-        rows.append(f"- [{path.name}]({name}.md): {first_words(path).split('. ')[0].rstrip('.')}")
-    rows += ["\n```{toctree}", ":hidden:", *names, "```\n"]
-    _write(GENERATED / "gallery" / "list.md", "\n".join(rows))
-
-
 def _write(path: Path, text: str) -> None:
     """Write a page if it changed, so that Sphinx reads again only what is new."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -228,8 +138,13 @@ def _plain_bars(
 
 
 def _make(_app: Any) -> None:
+    begin = time.perf_counter()
     write_reference()
-    write_gallery()
+    SAY(f"reference: {len(PAGES)} pages from docstrings; now the examples are run and drawn")
+    write_gallery(SAY, _write)
+    SAY(
+        f"gallery: {time.perf_counter() - begin:.0f} s; now Sphinx reads pages and runs their cells"
+    )
 
 
 def setup(app: Any) -> dict[str, bool]:

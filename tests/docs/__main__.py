@@ -23,7 +23,7 @@ def main(ctx: click.Context, built: bool) -> None:
     """Build the documentation and open every page; status 1 if one has a fault."""
     if not built:
         begin = time.perf_counter()
-        command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "docs", str(SITE)]
+        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "docs", str(SITE)]
         if subprocess.run(command, cwd=ROOT, check=False).returncode:
             ctx.exit(1)
         click.echo(f"built in {time.perf_counter() - begin:.0f} s")

@@ -5,7 +5,14 @@ from __future__ import annotations
 import pathlib
 from urllib.parse import unquote, urlsplit
 
+import numpy as np
+
 from ..view.browser import OpenPage
+
+# Of 0 to 255: darker than this, or with channels that differ by more, is no floor or sky.
+DARK, COLORFUL = 120, 60
+# The share of a picture that the smallest subject takes, a chain of thin rods.
+LEAST_DRAWN = 2e-4
 
 # Where links, pictures, scripts and styles of a page lead to, and the names of its places.
 _LINKS = """() => [...document.querySelectorAll("a[href], link[href], img[src], script[src]")]
@@ -38,12 +45,24 @@ def examine(folder: str | pathlib.Path, opened: OpenPage) -> tuple[int, list[str
         faults += [f"{name}: asks for {url}" for url in opened.requests]
         faults += [f"{name}: complains: {words}" for words in opened.complaints]
         faults += [f"{name}: no picture in {url}" for url in opened.run(_BROKEN)]
+    for path in sorted((root / "_images").glob("*.png")):
+        faults += [f"{path.name}: a blank picture"] * is_blank(path)
     for path, targets in links.items():
         for target in sorted(targets):
             fault = _dead(target, places)
             if fault:
                 faults.append(f"{path.relative_to(root)}: {fault}")
     return len(pages), faults
+
+
+def is_blank(path: pathlib.Path) -> bool:
+    """Whether a picture shows nothing but paper, or a replay's pale floor and sky."""
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    # Bodies, arrows and ink are darker or more colourful than floor, grid and sky.
+    drawn = (pixels.mean(axis=2) < DARK) | (np.ptp(pixels, axis=2) > COLORFUL)
+    return bool(drawn.mean() < LEAST_DRAWN)
 
 
 def _dead(url: str, places: dict[pathlib.Path, set[str]]) -> str | None:
