@@ -116,8 +116,14 @@ def _faces(hull: Any) -> list[list[int]]:
         else:
             normals[count] = normal
             members.append(set(corners.tolist()))
+    # Most faces of a mesh's hull are triangles, which need no sorting.
+    a, b, c = (hull.points[hull.simplices[:, i]] for i in range(3))
+    clockwise = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0.0
+    hull.simplices[clockwise] = hull.simplices[clockwise][:, ::-1]
+    triangles = {frozenset(loop): loop for loop in hull.simplices.tolist()}
     return [
-        _in_turn(hull.points, normal, np.array(sorted(corners))).tolist()
+        triangles.get(frozenset(corners))
+        or _in_turn(hull.points, normal, np.array(sorted(corners))).tolist()
         for normal, corners in zip(normals, members, strict=False)
     ]
 

@@ -38,20 +38,19 @@ def doubts_of(impact: Answer) -> tuple[str, ...]:
     gaps: tuple[ContactGap, ...] = ()
     grounds = any(part.changes.grounds for part in scene.robot.parts)
     if scene.contacts or scene.constraints or grounds:
-        from .flat.scene import flat_of
-        from .gaps import anchor_openings, contact_gaps
+        from .gaps import anchor_openings, contact_gaps, contacts_close_by
 
         posture = Posture(scene.robot, impact.q, impact.v_before)
-        touched = sorted(set(flat_of(scene).rows(impact.q, impact.v_before).entries))
-        gaps = contact_gaps(scene, posture, touched)
-        found += _of_contacts([scene.contacts[i] for i in touched], scene, gaps)
+        close = contacts_close_by(scene, posture)
+        gaps = contact_gaps(scene, posture, close)
+        found += _of_contacts([scene.contacts[i] for i in close], scene, gaps)
         for opening in anchor_openings(scene, posture):
             if opening.gap > scene.gap_bound:
                 found.append(f"{opening.name} is open by {opening.gap:.3g} m")
         if scene.gap_bound < np.inf:
             found += _under_grounds(scene, posture)
     found += _long_levers(scene)
-    found += _nothing_strikes(impact, bool(gaps))
+    found += _nothing_strikes(impact, any(item.touching for item in gaps))
     found += _next_to_no_inertia(impact)
     return tuple(found)
 
@@ -70,16 +69,18 @@ def _long_levers(scene: Scene) -> Iterator[str]:
 
 
 def _of_contacts(
-    touched: Sequence[ContactEntry], scene: Scene, gaps: tuple[ContactGap, ...]
+    close: Sequence[ContactEntry], scene: Scene, gaps: tuple[ContactGap, ...]
 ) -> Iterator[str]:
-    for entry, item in zip(touched, gaps, strict=True):
+    for entry, item in zip(close, gaps, strict=True):
         if item.left_out and scene.gap_bound < np.inf:
             more = "1 more point is" if item.left_out == 1 else f"{item.left_out} more points are"
+            if not item.touching:
+                more = more.replace(" more", "")
             yield (
                 f"{item.name}: {more} close by and left out, beyond the margin of the Collision; "
                 "a larger one lets them touch"
             )
-        if abs(item.gap) <= scene.gap_bound:
+        if not item.touching or abs(item.gap) <= scene.gap_bound:
             continue
         size = f"{abs(item.gap):.3g} {'rad' if item.angular else 'm'}"
         if isinstance(entry, Contact):
@@ -170,10 +171,9 @@ def _nothing_strikes(impact: Answer, touches: bool) -> list[str]:
     if size == 0.0:
         return ["nothing strikes: no impulse acts and the robot is at rest"]
     if scene.contacts and not touches:
-        from .gaps import contact_gaps
+        from .gaps import nearest_contact
 
-        gaps = contact_gaps(scene, Posture(scene.robot, impact.q, impact.v_before))
-        nearest = min(gaps, key=lambda item: item.gap)
+        nearest = nearest_contact(scene, Posture(scene.robot, impact.q, impact.v_before))
         unit = "rad" if nearest.angular else "m"
         return [
             f"nothing strikes: no contact touches; the nearest, {nearest.name}, is "

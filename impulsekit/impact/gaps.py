@@ -14,7 +14,14 @@ from ..rows.entries import frame_pair
 from ..scene import Collision, FrameAnchor, JointStop, PointAnchor, Scene
 from .flat.scene import flat_of
 
-__all__ = ["AnchorOpening", "ContactGap", "anchor_openings", "contact_gaps"]
+__all__ = [
+    "AnchorOpening",
+    "ContactGap",
+    "anchor_openings",
+    "contact_gaps",
+    "contacts_close_by",
+    "nearest_contact",
+]
 
 
 # Points of two flat sides whose gaps differ by less belong to one patch [m].
@@ -32,8 +39,8 @@ class ContactGap:
         closing_speed: how fast the gap gets smaller [m/s, rad/s].
         touching: whether ``solve`` counts it as touching: a ``Contact`` whatever its gap.
         angular: whether it is an angle.
-        left_out: how many more points of two bodies that touch are close by: further apart than
-            the margin, by no more than 1e-3 of the smaller body's size.
+        left_out: how many more points of two bodies are close by: further apart than the margin,
+            by no more than 1e-3 of the smaller body's size.
     """
 
     name: str
@@ -98,18 +105,74 @@ def anchor_openings(
     return tuple(AnchorOpening(names[i], _opening(posture, scene.held[i])) for i in chosen)
 
 
-def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> ContactGap:
-    from .._core import nearest_points, touching
-    from ..geometry.axes import place_numbers
-    from ..rows.bodies import CLOSE_BY, bodies_of
+def contacts_close_by(scene: Scene, posture: Posture[Robot]) -> list[int]:
+    """The indices of the contacts that touch, and of bodies with points close by."""
+    touched = set(flat_of(scene).rows(posture.q, posture.v).entries)
+    return [
+        i
+        for i, entry in enumerate(scene.contacts)
+        if i in touched or (isinstance(entry, Collision) and _Pair(posture, entry).close)
+    ]
 
-    bodies = bodies_of(posture.robot, entry)
-    first, other = bodies.first, bodies.other
-    one, two = (place_numbers(posture.joint(body.joint_id)) for body in (first, other))
-    within = bodies.margin + CLOSE_BY * bodies.size
-    close = touching(first.shapes, one, other.shapes, two, within)
+
+def nearest_contact(scene: Scene, posture: Posture[Robot]) -> ContactGap:
+    """The contact with the least gap; of bodies the balls around them decide who is looked at."""
+    pairs = {i: x for i, x in enumerate(scene.contacts) if isinstance(x, Collision)}
+    rest = [i for i in range(len(scene.contacts)) if i not in pairs]
+    found = list(contact_gaps(scene, posture, rest)) if rest else []
+    names = scene.entry_names("contacts")
+    for bound, i in sorted((_Pair(posture, entry).bound, i) for i, entry in pairs.items()):
+        if found and bound > min(item.gap for item in found):
+            break
+        found.append(_between_bodies(posture, pairs[i], names[i]))
+    return min(found, key=lambda item: item.gap)
+
+
+class _Pair:
+    """The two bodies of a Collision where they are."""
+
+    def __init__(self, posture: Posture[Robot], entry: Collision) -> None:
+        from ..geometry.axes import place_numbers
+        from ..rows.bodies import bodies_of
+
+        self.bodies = bodies_of(posture.robot, entry)
+        both = self.bodies.first, self.bodies.other
+        self.places = [posture.joint(body.joint_id) for body in both]
+        self.shapes = [body.shapes for body in both]
+        self.numbers = [place_numbers(place) for place in self.places]
+
+    def touching(self, within: float) -> list[Any]:
+        """The points no further apart [m]."""
+        from .._core import touching
+
+        return touching(self.shapes[0], self.numbers[0], self.shapes[1], self.numbers[1], within)
+
+    @property
+    def close(self) -> list[Any]:
+        """The points that touch or are close by."""
+        from ..rows.bodies import CLOSE_BY
+
+        return self.touching(self.bodies.margin + CLOSE_BY * self.bodies.size)
+
+    @property
+    def bound(self) -> float:
+        """What the gap is at least, by the balls around the pieces [m]."""
+        (one, two), (a, b) = self.shapes, self.places
+        return min(
+            float(np.linalg.norm(a.act(x.centre) - b.act(y.centre))) - x.reach - y.reach
+            for x in one
+            for y in two
+        )
+
+
+def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> ContactGap:
+    from .._core import nearest_points
+
+    pair = _Pair(posture, entry)
+    bodies, (one, two) = pair.bodies, pair.numbers
+    first, other, close = bodies.first, bodies.other, pair.close
     points = [(point.point, point.normal) for point in close if point.gap <= bodies.margin]
-    left_out = len(close) - len(points) if points else 0
+    left_out = len(close) - len(points)
     if points:
         gap = min(point.gap for point in close)
     else:
@@ -119,7 +182,7 @@ def _between_bodies(posture: Posture[Robot], entry: Collision, name: str) -> Con
         )
         gap = float(found[0])
         # Flat sides that face each other are nearest at all corners of what they share.
-        flat = touching(first.shapes, one, other.shapes, two, gap + ONE_PATCH)
+        flat = pair.touching(gap + ONE_PATCH)
         points = [(point.point, point.normal) for point in flat]
         points = points or [(0.5 * (found[4:7] + found[7:]), found[1:4])]
     speed = max(

@@ -95,3 +95,18 @@ def test_corners_close_by_that_are_left_out_are_told():
     assert not ik.solve(scene, tilted(0.1, 0.0), v).doubts
     wider = ik.Scene(box, contacts=[ik.Collision("box", "ground", margin=5e-4)])
     assert not ik.solve(wider, tilted(1.3e-3, 0.0), v).doubts
+
+
+def test_a_body_that_just_does_not_touch_is_told():
+    box = OVER_PLANE[0]
+    scene = ik.Scene(box, contacts=[ik.Collision("box", "ground", name="sole", margin=1e-5)])
+    v = box.velocity(root_joint=[0, 0, -1, 0, 0, 0])
+    with pytest.warns(ik.errors.SetupWarning):
+        impact = ik.solve(scene, tilted(0.0, -5e-5), v)
+    assert not impact.contacts[0].touching
+    assert impact.doubts == (
+        "sole: 4 points are close by and left out, beyond the margin of the Collision; "
+        "a larger one lets them touch",
+        "nothing strikes: no contact touches; the nearest, sole, is 5e-05 m away",
+    )
+    assert "close by" not in " ".join(ik.solve(scene, tilted(0.0, -1e-3), v).doubts)
