@@ -1,7 +1,7 @@
 """Draw Figure 2 of Chang & Huston 1995: the struck chain of ten rods moves on, free of force.
 
 Whittaker's chain (1 kg and 1 m a rod) is struck at its end A with 5 N s, at right angles, and
-followed for three seconds. Needs matplotlib: pip install "impulsekit[plot]".
+followed for three seconds. Needs matplotlib: pip install ".[plot]".
 
     python examples/draw_figure_2.py [OUTPUT]        # figure_2.svg beside this file
 """

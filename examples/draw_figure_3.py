@@ -1,8 +1,8 @@
 """Draw Figure 3 of Chang & Huston 1995: the hanging pendulum of ten rods after the blow, in feet.
 
 Ten links of 1 slug and 1 ft hang from a pin; the lowest end is struck with 30 lbf s and the
-motion under gravity is followed for two seconds. Needs matplotlib: pip install
-"impulsekit[plot]".
+motion under gravity is followed for two seconds. Needs matplotlib:
+pip install ".[plot]".
 
     python examples/draw_figure_3.py [OUTPUT]        # figure_3.svg beside this file
 """

@@ -1,7 +1,7 @@
 """Draw the velocities in a chain of ten rods an instant after its end is struck.
 
 The numbers are the exact ones of Whittaker's chain (*Analytical Dynamics*, p. 175), which
-are those of Table 1 of Chang & Huston 1995. Needs matplotlib: pip install "impulsekit[plot]".
+are those of Table 1 of Chang & Huston 1995. Needs matplotlib: pip install ".[plot]".
 
     python examples/draw_struck_chain.py [OUTPUT]        # struck_chain.svg beside this file
 """

@@ -14,7 +14,37 @@ from .display import show_with as _show_with
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+_get, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
+
+# Where names stand that are not at the top.
+_ROOMS = (
+    "compliance", "measured", "design", "study", "long", "models", "plots", "impact", "motion",
+    "scene", "scenefile", "robot", "batch", "checking", "view",
+)  # fmt: skip
+
+
+def __getattr__(name: str) -> _typing.Any:
+    try:
+        return _get(name)
+    except AttributeError:
+        if name.startswith("_"):
+            raise
+    raise AttributeError(_absent(name), name=name)
+
+
+def _absent(name: str) -> str:
+    """A sentence on a name that is not at the top: where it is, or what is like it."""
+    from importlib import import_module
+
+    from .errors import nearest_names
+    from .errors.wording import one_of
+
+    for room in _ROOMS:
+        if name in dir(import_module(f"{__name__}.{room}")):
+            return f'impulsekit has no "{name}" at the top; it is impulsekit.{room}.{name}'
+    nearest = nearest_names(name, __all__)
+    hint = f"; did you mean {one_of(nearest)}?" if nearest else ""
+    return f'impulsekit has no "{name}"{hint}'
 
 
 def _html_of(result: _typing.Any) -> str:

@@ -100,6 +100,13 @@ def test_the_rest_stands_one_module_down(room, names):
         _ = module.nothing
 
 
+def test_a_name_that_is_elsewhere_is_found():
+    for name, room in (("effective_mass", "design"), ("Check", "checking"), ("LongTree", "long")):
+        with pytest.raises(AttributeError, match=f"at the top; it is impulsekit.{room}.{name}"):
+            getattr(ik, name)
+    assert importlib.import_module("impulsekit.plots") is ik.plots
+
+
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="simulat"):
         _ = ik.simulat

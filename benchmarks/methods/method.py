@@ -63,7 +63,7 @@ class Method:
         """What keeps it from running here, with the way to get it; "" where nothing does."""
         absent = [name for name in self.needs if not _is_installed(name)]
         if absent:
-            return f'{" and ".join(absent)} not installed: pip install "impulsekit[peers]"'
+            return f'{" and ".join(absent)} not installed: pip install ".[peers]"'
         return self.lacks() if self.lacks else ""
 
 

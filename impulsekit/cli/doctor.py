@@ -45,8 +45,7 @@ class Requirement:
         if version is not None and within(version, self.bounds):
             return "ok"
         fault = "missing" if version is None else f"expected {self.bounds}"
-        line = f'"impulsekit[{self.extra}]"' if self.extra else f'"{self.name}{self.bounds}"'
-        return f"{fault}: pip install {line}"
+        return f'{fault}: pip install "{self.name}{self.bounds}"'
 
 
 @click.command()

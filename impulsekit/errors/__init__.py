@@ -384,7 +384,7 @@ class MissingExtraError(ImpulsekitError, ImportError):
 
     Example:
         >>> print(MissingExtraError.of("mujoco", "mjcf", "reading MJCF"))
-        reading MJCF needs mujoco: pip install "impulsekit[mjcf]"
+        reading MJCF needs mujoco: pip install ".[mjcf]" in impulsekit's folder
     """
 
     package: str
@@ -394,7 +394,7 @@ class MissingExtraError(ImpulsekitError, ImportError):
     def of(cls, package: str, extra: str, purpose: str) -> MissingExtraError:
         """The error that names the line to install ``package`` with."""
         return cls(
-            f'{purpose} needs {package}: pip install "impulsekit[{extra}]"',
+            f'{purpose} needs {package}: pip install ".[{extra}]" in impulsekit\'s folder',
             package=package,
             extra=extra,
         )

@@ -192,7 +192,7 @@ class RobotReaders(RobotBase):
         source: str | os.PathLike[str] | mujoco.MjSpec | mujoco.MjModel,
         root: str | None = None,
     ) -> Self:
-        """A robot from MJCF, compiled by MuJoCo (``pip install "impulsekit[mjcf]"``).
+        """A robot from MJCF, compiled by MuJoCo (``pip install ".[mjcf]"``).
 
         The configuration is MuJoCo's ``qpos`` with quaternions as x, y, z, w instead of
         w, x, y, z; a free joint's linear velocity is in body axes instead of world axes.
@@ -321,7 +321,7 @@ class RobotReaders(RobotBase):
         """A robot of the package robot_descriptions, such as "panda_description".
 
         The package fetches the files by git on first use, and keeps them
-        (``pip install "impulsekit[descriptions]"``).
+        (``pip install ".[descriptions]"``).
 
         Raises:
             UnknownNameError: it carries the nearest names.

@@ -196,7 +196,7 @@ def expanded(text: str, path: str | None) -> str:
     except ImportError:
         raise UrdfError(
             f"{source}: it is a xacro file, whose macros are not expanded; {HINT}, or "
-            'pip install "impulsekit[xacro]"',
+            'pip install ".[xacro]"',
             source=source,
             element="xacro",
         ) from None

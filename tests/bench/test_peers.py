@@ -57,7 +57,7 @@ def test_plain_numbers_tell_where_the_bodies_are(problem):
 @pytest.mark.parametrize("problem", some(*BLOWS), ids=lambda p: p.name)
 @pytest.mark.parametrize("way", ["mass matrix", "forward", "batch"])
 def test_mujoco_gives_the_jump_of_a_known_blow(way, problem):
-    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
+    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install ".[peers]"')
     from benchmarks.methods import mujoco
 
     assert errors(of(mujoco.METHODS, f"mujoco, {way}"), problem) < problem.tolerance
@@ -65,7 +65,7 @@ def test_mujoco_gives_the_jump_of_a_known_blow(way, problem):
 
 @pytest.mark.parametrize("problem", some(*BLOWS), ids=lambda p: p.name)
 def test_exudyn_gives_the_jump_of_a_known_blow(problem):
-    pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
+    pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install ".[peers]"')
     from benchmarks.methods import exudyn
 
     assert errors(of(exudyn.METHODS, "exudyn, mass matrix"), problem) < problem.tolerance
@@ -74,7 +74,7 @@ def test_exudyn_gives_the_jump_of_a_known_blow(problem):
 
 @pytest.mark.parametrize("problem", some("held robot", "closed chain"), ids=lambda p: p.name)
 def test_mujocos_soft_holds_are_off_by_how_long_they_take(problem):
-    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
+    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install ".[peers]"')
     from benchmarks.methods import mujoco
 
     assert errors(of(mujoco.METHODS, "mujoco, soft contacts")[:1], problem) < 1e-5
@@ -82,7 +82,7 @@ def test_mujocos_soft_holds_are_off_by_how_long_they_take(problem):
 
 @pytest.mark.parametrize("family", ["swing", "flight"])
 def test_mujocos_motions_are_of_the_order_of_its_integrators(family):
-    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install "impulsekit[peers]"')
+    pytest.importorskip("mujoco", reason='MuJoCo is a peer: pip install ".[peers]"')
     from benchmarks.methods import mujoco
 
     problem = some(family)[-1]
@@ -112,7 +112,7 @@ def smooth_rod(e=0.5, angle=1.0):
 
 
 def test_exudyns_contacts_come_nearer_as_the_root_of_the_stiffness():
-    pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install "impulsekit[peers]"')
+    pytest.importorskip("exudyn", reason='Exudyn is a peer: pip install ".[peers]"')
     from benchmarks.methods import exudyn
 
     contacts = of(exudyn.METHODS, "exudyn, contacts")

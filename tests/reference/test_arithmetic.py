@@ -118,7 +118,7 @@ def test_mpfr_and_mpmath_have_the_same_digits():
 
 def test_without_mpmath_the_way_to_it_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    with pytest.raises(MissingExtraError, match=r'pip install "impulsekit\[reference\]"'):
+    with pytest.raises(MissingExtraError, match=r"pip install .\.\[reference\]. in impulsekit"):
         Arithmetic.mpmath(50)
 
 

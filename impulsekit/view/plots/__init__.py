@@ -1,7 +1,7 @@
 """Plots with matplotlib: each takes an ``ax`` or makes one, and returns it.
 
 matplotlib is loaded when the first plot is drawn. It comes with
-``pip install "impulsekit[plot]"``.
+``pip install ".[plot]"``.
 """
 
 import lazy_loader as _lazy
