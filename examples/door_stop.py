@@ -1,4 +1,4 @@
-"""Where to put a door's stop: what the hinges have to bear.
+"""Where to put a door's stop: what the hinges carry.
 
 A stop at two thirds of the width, the centre of percussion, takes the whole blow, and the
 hinges feel next to nothing (the leaf is 4 cm thick). Nearer to the hinges a stop wrenches the

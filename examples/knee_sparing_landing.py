@@ -1,7 +1,7 @@
 """Where should Solo12 put its feet to spare its knees? Their impulse over the leg pose.
 
 Solo12 drops on four feet with e = 0, its hips at one height. Feet may stand under the hips,
-further out or further in. A knee that stands right above its foot bears the stop of all
+further out or further in. A knee that stands right above its foot carries the stop of all
 that is above; where foot, knee and hip fold easily, little has to be stopped at once.
 """
 

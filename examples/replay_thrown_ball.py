@@ -1,4 +1,4 @@
-"""A ball strikes the forearm of a Panda: a moving picture of it, as one page for a browser.
+"""A ball strikes the forearm of a Panda: an interactive replay, as one page for a browser.
 
 python examples/replay_thrown_ball.py          # writes thrown_ball.html
 """
@@ -15,7 +15,7 @@ shown = ik.replay(
     "thrown_ball.html",
     points=scene_file.points,  # their velocities, before and after
     traces=scene_file.points[:1],  # the ball's path
-    reactions=[f"arm/panda_joint{i}" for i in range(1, 8)],  # what the joints had to bear
+    reactions=[f"arm/panda_joint{i}" for i in range(1, 8)],  # impulses in the joints
 )
 print(f"{len(shown.times)} frames, {shown.duration:g} s, in {shown.page}")
 for name, paths in shown.arrows.items():

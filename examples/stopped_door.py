@@ -19,7 +19,7 @@ for title, extra in (("joints free", []), ("brakes on", brakes)):
     scene = replace(file.scene, constraints=[*file.scene.constraints, *extra])
     impact = ik.solve(scene, file.q, file.v)
     print(f"{title}: the door goes on at {impact.v_after[-1]:z.3f} rad/s,")
-    print(f"  the fingertips bear {abs(impact.constraints[0].impulse[0]):.2f} N s,")
+    print(f"  the fingertips carry {abs(impact.constraints[0].impulse[0]):.2f} N s,")
     print(f"  {-impact.energy.change:.2f} of {impact.energy.before:.2f} J are lost")
     for brake in impact.constraints[1:]:
         print(f"  brake of {brake.name} {brake.impulse[0]:z8.3f} N m s")

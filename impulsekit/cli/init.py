@@ -7,7 +7,7 @@ import click
 FIRST_SCENE = """\
 # A first scene: a robot arm is struck on its flange.
 #   impulsekit solve {name}                     velocities, joint loads, energy
-#   impulsekit solve {name} --html page.html    the same as a moving page
+#   impulsekit solve {name} --html page.html    the same as an interactive replay
 #   impulsekit simulate {name}                  the motion that follows
 
 [robot]

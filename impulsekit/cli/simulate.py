@@ -1,4 +1,4 @@
-"""``impulsekit simulate`` and ``replay``: the motion after the impact, and its moving picture."""
+"""``impulsekit simulate`` and ``replay``: the motion after the impact, and its replay."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def replay(
     fps: float,
     speed: float | None,
 ) -> None:
-    """Write or open a moving page of the scene in FILE (TOML), or of a saved motion (npz)."""
+    """Write or open an interactive replay of the scene in FILE (TOML), or of a saved motion (npz)."""
     check_outputs(html)
     motion, points = _motion(file)
     drawn = write_page(
@@ -102,7 +102,7 @@ def _motion(file: str) -> tuple[Any, Sequence[ReportPoint]]:
 @click.option(
     "--plot", type=click.Path(), help="Draw energy and momentum over time (PNG, SVG, PDF)."
 )
-@click.option("--html", type=click.Path(), help="Write a moving picture as one page.")
+@click.option("--html", type=click.Path(), help="Write an interactive replay, one page.")
 @click.option("--quiet", is_flag=True, help="No progress bar, even on a terminal.")
 @click.pass_context
 def simulate(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     help="How the report is written.",
 )
 @click.option("--plot", type=click.Path(), help="Draw the results on one sheet (PNG, SVG, PDF).")
-@click.option("--html", type=click.Path(), help="Write a moving picture as one page.")
+@click.option("--html", type=click.Path(), help="Write an interactive replay, one page.")
 @click.option("--check", "checked", is_flag=True, help="Also check against Kane's equations.")
 @click.pass_context
 def solve(

@@ -18,7 +18,7 @@ def show_with(html_of: Callable[[Any], str]) -> None:
 
 
 class Displayed(OneLine):
-    """A result that a notebook shows as tables, or as a moving picture."""
+    """A result that a notebook shows as tables, or as a interactive replay."""
 
     __slots__ = ()
 

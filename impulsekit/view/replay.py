@@ -1,4 +1,4 @@
-"""``replay``: a motion or an impact as a moving picture, in meshcat's player."""
+"""``replay``: an interactive page of a motion or an impact, in meshcat's player."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Replay(Displayed):
         nodes: by joint name, the node of the player that moves with the joint.
         arrows: by entry, joint or point, the nodes of its arrows, impact by impact.
         notes: what could not be drawn as wished, a sentence each.
-        commands: what meshcat's player is told, in order.
+        commands: for meshcat's player, in order.
         html: the text of the page.
         page: the path of the page that was written, or None.
     """

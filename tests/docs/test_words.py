@@ -19,7 +19,7 @@ NOT_SAID = re.compile(
     r"jump less|told of\b|tells of\b|come to rest has|what can only push|comes back e times|"
     r"(?:is|are) wanted\b|no [a-z ]+ is called|there is \"|has shape|known are|what is left over|"
     r"\bwaver|law gave no answer|has no answer|\bdoubt\b|make room|\blittle room|goes with a point|"
-    r"^tell |\btell the design",
+    r"^tell |\btell the design|moving p(?:age|icture)",
     re.I,
 )
 PACKAGE = ROOT / "impulsekit"
@@ -77,7 +77,12 @@ def test_the_table_of_faults():
     assert [each for each in words if NOT_SAID.search(each)] == []
 
 
-@pytest.mark.parametrize("path", [ROOT / "README.md", *sorted(PAGES)], ids=lambda p: p.stem)
+EXAMPLES = [path for path in (ROOT / "examples").iterdir() if path.suffix in (".py", ".toml")]
+
+
+@pytest.mark.parametrize(
+    "path", [ROOT / "README.md", *sorted(PAGES), *sorted(EXAMPLES)], ids=lambda p: p.name
+)
 def test_pages(path):
     assert NOT_SAID.findall(path.read_text("utf-8")) == []
 
