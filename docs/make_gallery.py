@@ -53,7 +53,7 @@ GROUPS = {
 DURATIONS = {"cube_tosses.toml": 1.0}
 # Its shell flies off for a mile: the shot is shown, not the motion.
 SHOTS = ("gun_recoil.py",)
-PICTURE = (800, 500)  # [px]
+PICTURE = (640, 400)  # [px]
 WORDS = """Every file of the folder `examples`, by subject. A page has the picture, an interactive
 replay that opens without a network, the output and the source.
 `impulsekit solve examples/NAME.toml` solves a scene, `python examples/NAME.py` runs a script.

@@ -40,7 +40,7 @@ def replay(
     fps: float,
     speed: float | None,
 ) -> None:
-    """Write or open an interactive replay of the scene in FILE (TOML), or of a saved motion (npz)."""
+    """Write or open an interactive replay of the scene in FILE (TOML), or of a motion (npz)."""
     check_outputs(html)
     motion, points = _motion(file)
     drawn = write_page(
