@@ -58,6 +58,7 @@ def test_the_frames_of_a_video_move(swing, page, tmp_path):
         page.run(
             """async time => {
                 const film = document.querySelector("video");
+                film.controls = false;
                 film.pause();
                 film.currentTime = time;
                 await new Promise(done => film.addEventListener("seeked", done, { once: true }));
