@@ -30,6 +30,7 @@ BAR = "{l_bar}{bar}| {n:.3f}/{total:g} s [{elapsed}<{remaining}]"
 @click.option("--ghost", multiple=True, type=float, help="A time whose pose stays visible [s].")
 @click.option("--fps", type=float, default=60.0, show_default=True, help="Frames a second.")
 @click.option("--speed", type=float, help="Motion seconds for each second of playback.")
+@click.option("--video", type=click.Path(), help="Write the playback as MP4, by a Chromium.")
 def replay(
     file: str,
     html: str | None,
@@ -39,22 +40,24 @@ def replay(
     ghost: tuple[float, ...],
     fps: float,
     speed: float | None,
+    video: str | None,
 ) -> None:
     """Write or open an interactive replay of the scene in FILE (TOML), or of a motion (npz)."""
-    check_outputs(html)
+    check_outputs(html, video)
     motion, points = _motion(file)
     drawn = write_page(
         motion,
         html,
-        open=show or html is None,
+        open=show or (html is None and video is None),
         points=points,
         reactions=reactions,
         traces=points if traces else (),
         ghosts=ghost,
         fps=fps,
         speed=speed,
+        video=video,
     )
-    click.echo(drawn.page)
+    click.echo("\n".join(filter(None, (drawn.page, video))))
 
 
 def write_page(

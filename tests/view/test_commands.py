@@ -56,6 +56,15 @@ def test_replay_of_a_saved_motion(tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 800_000
 
 
+@pytest.mark.slow
+def test_replay_as_a_video(tmp_path):
+    video = tmp_path / "chain.mp4"
+    done = run("replay", CHAIN, "--video", str(video), "--fps", "2")
+    assert done.exit_code == 0, done.output
+    assert done.stdout == f"{video}\n"
+    assert video.read_bytes()[4:12] == b"ftypisom"
+
+
 def test_replay_without_a_display_says_where_the_page_is(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)
