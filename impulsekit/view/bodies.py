@@ -119,7 +119,7 @@ def _colored(path: str, scale: np.ndarray, plain: Surface) -> Surface | None:
     try:
         import trimesh
 
-        scene: Any = trimesh.load(path, force="scene")
+        scene: Any = trimesh.load(path, force="scene", process=False)
         parts = [_part(part) for part in scene.dump() if len(part.faces)]
     except Exception:
         # Colours are a courtesy: whatever a reader stumbles over, the plain mesh is there.

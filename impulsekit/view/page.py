@@ -74,7 +74,7 @@ def page_of(title: str, commands: Sequence[dict[str, Any]], **facts: Any) -> str
     text = json.dumps(facts, allow_nan=False).replace("<", "\\u003c")
     blocks = [packed(command) for command in commands]
     whole = b"".join(len(block).to_bytes(4, "big") + block for block in blocks)
-    deflated = base64.b64encode(zlib.compress(whole, 9)).decode()
+    deflated = base64.b64encode(zlib.compress(whole)).decode()
     speeds = "".join(
         f'<option value="{x}"{" selected" if x == 1 else ""}>{x}×</option>' for x in _SPEEDS
     )

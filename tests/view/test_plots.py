@@ -224,7 +224,7 @@ def test_without_matplotlib_the_line_to_install_it_is_told(monkeypatch):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(builtins, "__import__", refuse)
     for draw in (plots.velocity_jump, plots.overview):
-        with pytest.raises(MissingExtraError, match=r"impulsekit\[plot\]"):
+        with pytest.raises(MissingExtraError, match=r"\.\[plot\]"):
             draw(impact)
 
 

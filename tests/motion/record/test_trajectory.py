@@ -97,7 +97,7 @@ def test_what_is_no_trajectory_is_told(tmp_path, motion):
 def test_xarray_or_a_clear_word(motion, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "xarray", None)
-        with pytest.raises(errors.MissingExtraError, match=r"impulsekit\[study\]"):
+        with pytest.raises(errors.MissingExtraError, match=r"\.\[study\]"):
             motion.to_xarray()
     pytest.importorskip("xarray")
     data = motion.to_xarray()
