@@ -24,8 +24,8 @@ def measured(count: int, rng: np.random.Generator) -> list[Measurement]:
     """Impacts at leans of 10 to 80 degrees, with noise of 2 cm/s and 0.05 rad/s."""
     rod = ik.Robot.from_urdf(ROD, root="planar")
     tip = ik.Contact("rod", normal=[0, 1, 0], restitution=0.6, friction=0.3, name="tip")
-    scene = ik.Scene(rod, contacts=[tip])
-    true = ik.Scene(rod, contacts=[tip], law=ik.Law("stronge", "path"))
+    scene = ik.Scene(rod, contacts=[tip], gap_bound=np.inf)
+    true = ik.Scene(rod, contacts=[tip], law=ik.Law("stronge", "path"), gap_bound=np.inf)
     lean = rng.uniform(np.radians(10), np.radians(80), count)
     points = -0.5 * np.stack([np.cos(lean), np.sin(lean), 0 * lean], axis=1)
     v = np.stack([rng.normal(0, 0.5, count), rng.uniform(-3, -1, count), 0 * lean], axis=1)

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.optimize import linprog
@@ -289,7 +289,7 @@ def _misfit(
     return float(found.fun) if found.success else math.inf
 
 
-def _points(restitution: str) -> Any:
+def _points(restitution: Literal["newton", "poisson"]) -> Any:
     law = Law(restitution=restitution)
 
     def points(value: float, rng: np.random.Generator) -> list[Point]:

@@ -254,12 +254,11 @@ def random_world(count: int, rng: np.random.Generator) -> World:
     jointed = [(c, k) for c, k in places if k or not chains[c].free]
     if jointed and rng.random() < 0.2:
         locks.append(jointed[int(rng.integers(len(jointed)))])
-    laws = [("newton", "end", "simultaneous"), ("poisson", "end", "simultaneous"),
-            ("newton", "end", "sequential"), ("poisson", "end", "sequential"),
-            ("newton", "path", "sequential"), ("poisson", "path", "sequential"),
-            ("stronge", "path", "sequential")]  # fmt: skip
-    restitution, slip, order = laws[int(rng.integers(len(laws)))]
-    law = Law(restitution=restitution, slip=slip, order=order)
+    laws = [Law("newton", "end", "simultaneous"), Law("poisson", "end", "simultaneous"),
+            Law("newton", "end", "sequential"), Law("poisson", "end", "sequential"),
+            Law("newton", "path", "sequential"), Law("poisson", "path", "sequential"),
+            Law("stronge", "path", "sequential")]  # fmt: skip
+    law = laws[int(rng.integers(len(laws)))]
     return World(chains, blows, tuple(pins), tuple(locks), tuple(touches), law)
 
 

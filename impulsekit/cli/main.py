@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import click
@@ -56,7 +57,8 @@ class _Group(click.Group):
             if ctx.params.get("debug") or getattr(error, "errno", None) == errno.EPIPE:
                 raise
             if isinstance(error, ImpulsekitError | OSError):
-                click.echo(f"error: {_message(error)}", err=True)
+                options = self.commands[ctx.invoked_subcommand or ""].params
+                click.echo(f"error: {_by_option(_message(error), options)}", err=True)
                 ctx.exit(BAD_INPUT)
             click.echo(
                 f"bug: {type(error).__name__}: {error} (this is a fault of impulsekit "
@@ -91,6 +93,15 @@ def _message(error: ImpulsekitError | OSError) -> str:
     if isinstance(error, ImpulsekitError) or not error.filename:
         return str(error)
     return f"{shown(str(error.filename), 200)}: {reason_of(error)}"
+
+
+def _by_option(message: str, options: Sequence[click.Parameter]) -> str:
+    """A message that begins with the name of an argument in Python with that of its option."""
+    for option in options:
+        name = option.name or ""
+        if name and message.startswith((f"{name} ", f"{name}[", f"{name}:")):
+            return option.opts[0] + message.removeprefix(name)
+    return message
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})

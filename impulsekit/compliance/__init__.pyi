@@ -2,6 +2,8 @@ from .curves import Hertz as Hertz
 from .curves import HuntCrossley as HuntCrossley
 from .curves import MeasuredCurve as MeasuredCurve
 from .curves import PowerCurve as PowerCurve
+from .gears import GearPeak as GearPeak
+from .gears import gear_peaks as gear_peaks
 from .history import ForceHistory as ForceHistory
 from .history import force_history as force_history
 from .peaks import PeakForces as PeakForces

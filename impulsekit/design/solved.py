@@ -62,7 +62,9 @@ class BatchedImpacts:
             q = np.array([m.q for m in own], dtype=float)
             v = np.array([m.v_before for m in own], dtype=float)
             groups = np.array([m.group for m in own], dtype=object)
-            self._parts.append((own[0].scene, groups, np.array(rows), q, v, points))
+            # Where contacts were measured they touched: their gaps are no news here.
+            scene = own[0].scene.replace(gap_bound=np.inf)
+            self._parts.append((scene, groups, np.array(rows), q, v, points))
 
     def v_after(self, x: np.ndarray) -> list[np.ndarray]:
         """(M,) of (nv,).

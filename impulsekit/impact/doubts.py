@@ -9,7 +9,7 @@ import numpy as np
 
 from ..robot import Robot
 from ..robot.placing import Posture
-from ..robot.state import outside_limits
+from ..robot.state import likely_wxyz, outside_limits
 from ..scene import AppliedImpulse, Collision, Contact, GapContact, JointImpulse, Rope, Scene
 from .singular import shares_of_inertia
 
@@ -34,7 +34,7 @@ UPWARDS = 0.7
 def doubts_of(impact: Answer) -> tuple[str, ...]:
     """One sentence for each doubt; see ``Impact.doubts``."""
     scene = impact.scene
-    found = outside_limits(scene.robot, impact.q)
+    found = outside_limits(scene.robot, impact.q) + likely_wxyz(scene.robot, impact.q)
     gaps: tuple[ContactGap, ...] = ()
     grounds = any(part.changes.grounds for part in scene.robot.parts)
     if scene.contacts or scene.constraints or grounds:

@@ -65,7 +65,10 @@ def fitted_floor(several: list[Recording], scene: Scene, scale: float) -> FloorF
         entry for entry in scene.contacts if isinstance(entry, Contact) and entry.against == "world"
     ]
     if not contacts:
-        note = "the scene has no contact with a plane of the world, so no floor was fitted"
+        note = (
+            "no floor was fitted: its height is told by a Contact with a plane of the world, and "
+            "the scene has none"
+        )
         return FloorFit(np.zeros(6), np.full(6, np.inf), 0, None, (note,))
     normal, origin = np.array(contacts[0].normal), np.array(contacts[0].origin)
     axes = np.array(contact_axes(normal))

@@ -110,9 +110,11 @@ def _fit_lines(fit: Fit, level: float) -> list[str]:
     rows = _table(fit.names, fit.values, fit.intervals(level), level)
     tail = 50.0 * (1.0 - level)
     drawn = np.percentile(fit.resampled(), [tail, 100.0 - tail], axis=0).T
+    known = np.isfinite(fit.intervals(level)).all(axis=1)
     rows += [
         f"resampled: {name} {low:.4g} to {high:.4g}"
-        for name, (low, high) in zip(fit.names, drawn, strict=True)
+        for name, (low, high), told in zip(fit.names, drawn, known, strict=True)
+        if told and low < high
     ]
     return [*rows, *(f"note: {note}" for note in fit.notes)]
 
@@ -144,8 +146,9 @@ def _table(names: Any, values: Any, ends: Any, level: float) -> list[str]:
     width = max(24, *map(len, names))
     rows = [f"{'parameter':{width}} {'value':>9}   {f'{100 * level:g} % interval':>20}"]
     for name, value, (low, high) in zip(names, values, ends, strict=True):
-        told = f"{low:.4g} to {high:.4g}" if math.isfinite(high - low) else "not determined"
-        rows.append(f"{name:{width}} {value:9.4g}   {told:>20}")
+        known = math.isfinite(high - low)
+        told = f"{low:.4g} to {high:.4g}" if known else "not determined"
+        rows.append(f"{name:{width}} {f'{value:.4g}' if known else '-':>9}   {told:>20}")
     return rows
 
 
@@ -179,7 +182,7 @@ def as_dict(found: Identification, level: float) -> dict[str, Any]:
         if fit is not None:
             data[key] = {
                 "parameters": {
-                    name: {"value": value, "interval": ends}
+                    name: {"value": value if np.isfinite(ends).all() else None, "interval": ends}
                     for name, value, ends in zip(
                         fit.names, fit.values, fit.intervals(level), strict=True
                     )
@@ -195,8 +198,6 @@ def as_dict(found: Identification, level: float) -> dict[str, Any]:
     return told
 
 
-# Fewer impacts tell a coefficient for each contact badly.
-FEWEST_IMPACTS = 5
 # Fewer tell laws apart by chance.
 FEWEST_TO_COMPARE = 10
 
@@ -254,14 +255,14 @@ def identify(
     impacts = find_impacts(several, scene)
     by_impact = None
     good = impacts.balanced()
-    if len(good) >= FEWEST_IMPACTS:
+    if len(good):
         by_impact = fit_impacts(
             good.measurements(scene), restitution=restitution, friction=friction, robust="biweight"
         )
     else:
         notes.append(
-            f"{len(good)} of {len(impacts)} impacts balance momentum at known contacts, too few to "
-            f"fit (at least {FEWEST_IMPACTS})"
+            f"none of {_count(len(impacts), 'impact')} balances momentum at known contacts: there "
+            "is nothing to fit"
         )
     laws = None
     if compare and len(good) >= FEWEST_TO_COMPARE:
@@ -280,7 +281,10 @@ def identify(
             threads=threads, progress=progress, seed=seed,
         )  # fmt: skip
     elif motions:
-        notes.append(f"{len(several)} recordings are too few to fit whole motions")
+        notes.append(
+            f"whole motions are fitted to {FEWEST_RECORDINGS} recordings or more, here "
+            f"{'is' if len(several) == 1 else 'are'} {len(several)}"
+        )
     fitted = scene
     if by_motion is not None:
         fitted = by_motion.scene
@@ -306,7 +310,11 @@ def _shared(names: tuple[str, ...], known: Sequence[str]) -> str | tuple[str, ..
 def _with(scene: Scene, fit: Fit, restitution: Any, friction: Any) -> Scene:
     from ..design.parameters import changed_scene, parameters_of
 
-    return changed_scene(scene, parameters_of(scene, restitution, friction, {}), fit.values)
+    unknowns = parameters_of(scene, restitution, friction, {})
+    # What is not determined stays as it was.
+    known = np.isfinite(fit.intervals(0.95)).all(axis=1)
+    starts = np.array([each.start for each in unknowns])
+    return changed_scene(scene, unknowns, np.where(known, fit.values, starts))
 
 
 def _chosen(scene: Scene, restitution: Any, friction: Any) -> tuple[Any, Any]:

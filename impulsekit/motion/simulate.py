@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted
+from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted, warn_of_setup
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
@@ -142,6 +142,10 @@ def chosen_settings(
     if samples is not None and np.ndim(samples) == 0:
         given["samples"] = samples
     chosen = base.changed(**given)
+    if settings is None and duration is None:
+        warn_of_setup(
+            [f"no duration is given: the motion ends after {chosen.duration:g} s"], above=3
+        )
     if samples is not None and np.ndim(samples) > 0:
         return chosen, sample_times(samples, chosen.duration)
     return chosen, sample_times(chosen.samples, chosen.duration)

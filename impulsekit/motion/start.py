@@ -9,7 +9,7 @@ from .._core import Motion
 from ..errors import InputError, RangeError, SingularMassError
 from ..impact import Impact, ImpactSolver
 from ..impact.singular import check_pivots, refuse_massless
-from ..scene import Scene
+from ..scene import JointStop, Scene
 from ..scene.coefficients import EllipticFriction
 from ..scene.motion import MotionSettings
 from .flat import check_driven, flat_motion
@@ -108,9 +108,12 @@ def _refuse_penetration(scene: Scene, touching: list[tuple[int, int, float, floa
     _, entry, gap, _ = min(touching, key=lambda one: one[2])
     if gap < -PENETRATION:
         name = scene.entry_names("contacts")[entry]
+        if isinstance(scene.contacts[entry], JointStop):
+            said = f"starts {-gap:.3g} (rad or m) past its limit; move the joint or the limit"
+        else:
+            said = f"starts {-gap:.3g} m in penetration; raise the robot or move the plane"
         raise InputError(
-            f"{name} is penetrated at the start by {-gap:.3g} (m, or rad of a stop); "
-            "move the robot out of it, or the contact's plane or limit",
+            f"{name} {said}",
             contact=name,
             gap=gap,
         )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import NotFiniteError, ShapeError, quoted
+from ..errors import InputError, NotFiniteError, ShapeError, quoted
 
 # Arrays of exactly this type are taken as they are.
 FLOAT = np.dtype(float)
@@ -51,14 +51,23 @@ def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
         copied: False where it is only read: an array of floats is given back as it is.
 
     Raises:
-        NotFiniteError: it does not hold real numbers, or some are masked.
+        InputError: it does not hold numbers.
+        NotFiniteError: some are complex or masked.
     """
     try:
         return real_numbers(value, copied=copied)
     except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(
-            f"{what} must be numbers, got {quoted(value)}", what=what, where=what
-        ) from None
+        raise no_numbers(value, what) from None
+
+
+def no_numbers(value: Any, what: str, count: str = "") -> InputError:
+    """The error for what holds no real numbers, a NotFiniteError where some are lost on the way."""
+    sentence = f"{what} must be {count}numbers, got {quoted(value)}"
+    try:
+        is_text = np.asarray(value).dtype.kind not in "biufcM"
+    except ValueError:
+        is_text = True
+    return InputError(sentence) if is_text else NotFiniteError(sentence, what=what, where=what)
 
 
 def _is_masked(value: Any) -> bool:
@@ -69,7 +78,7 @@ def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
     """A copy as finite floats of a shape.
 
     Raises:
-        NotFiniteError, ShapeError.
+        InputError, NotFiniteError, ShapeError.
     """
     array = floats(value, what)
     if array.shape != shape:

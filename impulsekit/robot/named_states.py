@@ -74,14 +74,16 @@ class RobotStates(RobotBase):
             UnknownNameError, ShapeError, NotFiniteError, StateError.
 
         Warns:
-            SetupWarning: a named joint is outside its limits, or reads like degrees.
+            SetupWarning: a named joint is outside its limits, or reads like degrees or like a
+                quaternion w, x, y, z.
         """
         from . import state
-        from .state import likely_degrees, outside_limits
+        from .state import likely_degrees, likely_wxyz, outside_limits
 
         values = {**(by_name or {}), **joints}
         q = state.configuration(self.model, values)
-        warn_of_setup([*outside_limits(self, q, values), *likely_degrees(self, values)])
+        sentences = [*outside_limits(self, q, values), *likely_degrees(self, values)]
+        warn_of_setup([*sentences, *likely_wxyz(self, q)])
         return q
 
     def velocity(

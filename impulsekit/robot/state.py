@@ -16,9 +16,8 @@ from ..errors import (
     ShapeError,
     StateError,
     UnknownNameError,
-    quoted,
 )
-from .arrays import floats, real_numbers
+from .arrays import floats, no_numbers, real_numbers
 
 if TYPE_CHECKING:
     from .base import RobotBase
@@ -68,6 +67,25 @@ def outside_limits(
             continue
         sentences.append(_sentence(name, float(q[i]), float(lower[i]), float(upper[i]), joint))
     return sentences
+
+
+def likely_wxyz(robot: RobotBase, q: np.ndarray) -> list[str]:
+    """A sentence for every free-flyer or ball joint whose quaternion reads like w, x, y, z.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> talos = Robot.from_example("talos", root="freeflyer")
+        >>> likely_wxyz(talos, np.r_[0, 0, 1, 1, 0, 0, 0, np.zeros(talos.nq - 7)])[0][:45]
+        'joint "root_joint": its quaternion is 1, 0, 0'
+    """
+    return [
+        f'joint "{name}": its quaternion is 1, 0, 0, 0, in the order x, y, z, w half a turn about '
+        "x; no turn is 0, 0, 0, 1 (impulsekit.pose takes wxyz=)"
+        for name, joint in zip(robot.model.names, robot.model.joints, strict=True)
+        if joint.nq - joint.nv == 1
+        and joint.nq >= 4
+        and np.array_equal(q[joint.idx_q + joint.nq - 4 : joint.idx_q + joint.nq], [1, 0, 0, 0])
+    ]
 
 
 def likely_degrees(robot: RobotBase, values: Mapping[str, Any]) -> list[str]:
@@ -241,18 +259,12 @@ def _vector(value: Any, size: int, what: str) -> np.ndarray:
     try:
         vector = real_numbers(value)
     except (TypeError, ValueError, OverflowError):
-        raise _no_numbers(value, size, what) from None
+        raise no_numbers(value, what, f"{size} ") from None
     if value is None:
-        raise _no_numbers(value, size, what)
+        raise no_numbers(value, what, f"{size} ")
     if vector.shape != (size,):
         raise ShapeError.of(what, (size,), vector.shape)
     return vector
-
-
-def _no_numbers(value: Any, size: int, what: str) -> NotFiniteError:
-    return NotFiniteError(
-        f"{what} must be {size} numbers, got {quoted(value)}", what=what, where=what
-    )
 
 
 def _check_finite(model: pin.Model, vector: np.ndarray, what: str, start: str, count: str) -> None:

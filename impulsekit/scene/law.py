@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 from ..errors import InputError, RangeError, quoted
 from .numbers import between, keep
 
-RESTITUTIONS = ("newton", "poisson", "stronge", "lzb")
-SLIPS = ("end", "path")
-ORDERS = ("simultaneous", "sequential")
+Restitution = Literal["newton", "poisson", "stronge", "lzb"]
+Slip = Literal["end", "path"]
+Order = Literal["simultaneous", "sequential"]
+RESTITUTIONS, SLIPS, ORDERS = map(get_args, (Restitution, Slip, Order))
 
 
 @dataclass(frozen=True)
@@ -71,9 +73,9 @@ class Law:
         Law(restitution='stronge', slip='path', order='simultaneous', exponent=1.5)
     """
 
-    restitution: str = "newton"
-    slip: str = "end"
-    order: str = "simultaneous"
+    restitution: Restitution = "newton"
+    slip: Slip = "end"
+    order: Order = "simultaneous"
     exponent: float = 1.5
 
     def __post_init__(self) -> None:

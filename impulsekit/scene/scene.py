@@ -12,6 +12,8 @@ from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
+import numpy as np
+
 from ..display import Displayed, one_line
 from ..errors import InputError, RangeError, a_thing, quoted
 from ..robot import Robot
@@ -313,6 +315,11 @@ class Scene(Displayed):
 
 
 def _entries(value: Any, what: str) -> tuple[Any, ...]:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fiu":
+        raise InputError(
+            f"Scene: {what} must be a list of entries, got numbers; a state goes to "
+            "solve(scene, q, v) or simulate(scene, q, v, duration)"
+        )
     try:
         return tuple(value)
     except TypeError:

@@ -212,7 +212,7 @@ ROWS = [
     ("short q", lambda: ik.solve(STRUCK, [0.1], V), "Shape", "(2,)", "(1,)"),
     ("q nan", lambda: ik.solve(STRUCK, [NAN, 0.0], V), "NotFinite", "shoulder"),
     ("q complex", lambda: ik.solve(STRUCK, np.array([0.1 + 1j, 0.2]), V), "NotFinite", "q"),
-    ("q of texts", lambda: ik.solve(STRUCK, ["0", "0"], V), "NotFinite", "q"),
+    ("q of texts", lambda: ik.solve(STRUCK, ["0", "0"], V), "Input", "q"),
     ("masked v", lambda: ik.solve(STRUCK, Q, np.ma.masked_array(V, mask=[True, False])), "NotFinite", "v"),
     ("quaternion", lambda: ik.solve(RESTING, np.zeros(7), FALL), "State", "quaternion"),
     ("v too fast", lambda: ik.simulate(STRUCK, Q, [1e150, 0.0]), "Range", "1e+150"),
@@ -230,7 +230,7 @@ ROWS = [
     ("falling samples", followed(duration=1.0, samples=[0.5, 0.1]), "Range", "samples", "rising"),
     ("samples past the end", followed(duration=0.1, samples=[0.0, 0.5]), "Range", "samples"),
     ("settings as dict", followed(settings={"duration": 1.0}), "Input", "settings", "MotionSettings"),
-    ("in the floor", lambda: ik.simulate(RESTING, BALL.configuration(root_joint=[0, 0, -1, 0, 0, 0, 1]), BALL.velocity(), duration=0.1), "Input", "floor", "penetrated"),
+    ("in the floor", lambda: ik.simulate(RESTING, BALL.configuration(root_joint=[0, 0, -1, 0, 0, 0, 1]), BALL.velocity(), duration=0.1), "Input", "floor", "penetration"),
     ("holds no force", lambda: ik.simulate(ik.Scene(BALL, contacts=[ik.Contact("ball", adhesion=1.0)]), BALL.neutral(), FALL, duration=0.1), "Input", "holding_force"),
     # Batches
     ("batch of a robot", batch(scene=ARM), "Input", "solve_batch", "Scene"),

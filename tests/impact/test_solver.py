@@ -64,7 +64,7 @@ def test_lists_and_whole_numbers_are_taken():
         (
             lambda q: "here",
             lambda v: v,
-            errors.NotFiniteError,
+            errors.InputError,
             'q must be 39 numbers, got "here"',
         ),
         (lambda q: q, lambda v: None, errors.ImpulsekitError, "v"),

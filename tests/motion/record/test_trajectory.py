@@ -144,7 +144,7 @@ def test_states_are_checked_as_in_solve():
 
 def test_a_start_in_penetration_is_told():
     scene = ik.Scene(particle(), contacts=[ik.Contact("z", name="floor")])
-    with pytest.raises(errors.InputError, match=r"floor is penetrated at the start by 0\.01"):
+    with pytest.raises(errors.InputError, match=r"floor starts 0\.01 m in penetration"):
         ik.simulate(scene, [0, 0, -0.01], [0, 0, 0], duration=1.0)
     # What rounding may do is forgiven.
     assert ik.simulate(scene, [0, 0, -1e-9], [0, 0, 0], duration=0.1).status.finished
