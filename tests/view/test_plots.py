@@ -186,6 +186,8 @@ def test_loads_over_time_in_one_call(bounced, tmp_path):
     assert curve.get_ydata()[0] == 0.0
     assert curve.get_ydata()[-1] == pytest.approx(weight)
     assert faults_of(figure) == []
+    # A notebook shows it, whether or not pyplot has drawn there before.
+    assert figure._repr_png_().startswith(b"\x89PNG")
     rod = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
     swing = ik.simulate(ik.Scene(rod), [0.3, 0.0], [0.0, 0.0], 0.2)
     axes = plots.load_history(swing, joints=["joint_2"], samples=9).axes

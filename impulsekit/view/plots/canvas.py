@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError, MissingExtraError
@@ -36,14 +37,24 @@ def axes_or_new(ax: Axes | None, height: float = 4.0) -> Axes:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """A figure that belongs to no window, for writing to a file.
+    """A figure that belongs to no window: for a file, or a notebook, which shows it as PNG.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
     with MissingExtraError.unless("matplotlib", "plot", "a plot"):
         from matplotlib.figure import Figure
-    return Figure(figsize=(width, height), layout="constrained")
+    figure: Any = Figure(figsize=(width, height), layout="constrained")
+    # Notebooks know figures only once pyplot has drawn one of its own.
+    figure._repr_png_ = partial(drawn_as, figure, "png")
+    return figure
+
+
+def drawn_as(figure: Any, ending: str, **options: Any) -> bytes:
+    """A figure as the content of a file of this format."""
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format=ending, **options)
+    return drawn.getvalue()
 
 
 def check_picture(path: str | os.PathLike[str]) -> str:
@@ -73,9 +84,7 @@ def save_figure(figure: Any, path: str | os.PathLike[str], **options: Any) -> No
     Raises:
         InputError, FileError: as ``check_picture``.
     """
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format=check_picture(path), **options)
-    write_file(path, drawn.getvalue())
+    write_file(path, drawn_as(figure, check_picture(path), **options))
 
 
 def ink() -> str:
