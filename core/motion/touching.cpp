@@ -164,9 +164,9 @@ GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const doubl
             found.bound = std::max(found.bound,
                                    fastest(tree, a, one, centre) + fastest(tree, b, two, centre));
             if (std::isfinite(one.reach) && std::isfinite(two.reach)) {
-                const Vec way = centre - (pb.origin + pb.rotation * two.centre);
-                const double apart = length_of(way) - one.reach - two.reach;
-                if (apart > 0.1 * std::min(one.reach, two.reach)) {
+                const double far = 0.1 * std::min(one.reach, two.reach);
+                const double apart = least_distance(one, pa, two, pb, far);
+                if (apart > far) {
                     if (apart < found.gap)
                         found.gap = apart, found.rate = 0.0, found.is_rough = true;
                     continue;
