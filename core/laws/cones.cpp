@@ -353,6 +353,22 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     return solved;
 }
 
+// P of velocities without what rounding of a motion left of them, as a start: where several answers
+// are lawful the one of a symmetric impact is symmetric.
+void start_without_noise(const System& s, double* P, int& steps, Arena& arena) {
+    Arena::Scope scope(arena);
+    System clear = s;
+    clear.b = arena.take(s.rows);
+    const double noise = tolerance::noise * largest(s.b, s.rows);
+    bool is_noisy = false;
+    for (int i = 0; i < s.rows; ++i) {
+        const bool is_noise = s.b[i] != 0.0 && std::abs(s.b[i]) < noise;
+        clear.b[i] = is_noise ? 0.0 : s.b[i];
+        is_noisy = is_noisy || is_noise;
+    }
+    if (is_noisy) solve_redundant(clear, P, steps, arena);
+}
+
 // (rows) the square of each loaded row in the null space of all of them: what can be shared
 // otherwise. Loaded are normals that press and, with them, groups within their cones.
 void find_shares(const System& s, const double* P, double* shares, Arena& arena) {
@@ -423,6 +439,7 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
     double* shares = arena.take(s.rows);
     if (!start_sticking(s, own, arena) || !newton(s, s.A, own, solution.steps, arena)) {
         std::fill(own, own + s.rows, 0.0);
+        start_without_noise(s, own, solution.steps, arena);
         solve_redundant(s, own, solution.steps, arena);
         find_shares(s, own, shares, arena);
     }

@@ -28,6 +28,14 @@ void add_transposed(const double* rows, int count, int nv, const double* x, doub
     }
 }
 
+// The direction in which something slides. Within a step that goes on beyond where it stops, what
+// turns back has the direction that it came with: forces are smooth up to the stop and beyond.
+void along_way(const double* speeds, double speed, double slow, const Slide& slide, double* way) {
+    const double ahead = speeds[0] * slide.way[0] + speeds[1] * slide.way[1];
+    for (int j = 0; j < 2; ++j)
+        way[j] = speed > slow ? std::copysign(1.0, ahead) * speeds[j] / speed : slide.way[j];
+}
+
 }  // namespace
 
 Dynamics::Dynamics(const MotionScene& own)
@@ -288,8 +296,7 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
         if (point.slip.moves) {
             const double speed = std::hypot(slip[3 * i], slip[3 * i + 1]);
             reach[i] = sliding_friction(entry, speed);
-            for (int j = 0; j < 2; ++j)
-                way[2 * i + j] = speed > slow ? slip[3 * i + j] / speed : point.slip.way[j];
+            along_way(&slip[3 * i], speed, slow, point.slip, way + 2 * i);
         }
         if (!scene.pulls.empty()) pull[i] = scene.pulls[entry];
     }
@@ -307,14 +314,9 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
             turning[3 * c + j] = dot(J_.data() + (row + j) * nv, velocity_, nv);
         reach[roll] = own.rolling;
         reach[roll + 1] = own.torsion;
-        const double speed = std::hypot(turning[3 * c], turning[3 * c + 1]),
-                     spin = turning[3 * c + 2];
-        if (point.roll.moves)
-            for (int j = 0; j < 2; ++j)
-                way[2 * roll + j] = speed > slow ? turning[3 * c + j] / speed : point.roll.way[j];
-        if (point.spin.moves)
-            way[2 * (roll + 1)] =
-                std::abs(spin) > slow ? (spin > 0.0 ? 1.0 : -1.0) : point.spin.way[0];
+        const double speed = std::hypot(turning[3 * c], turning[3 * c + 1]);
+        if (point.roll.moves) along_way(&turning[3 * c], speed, slow, point.roll, way + 2 * roll);
+        if (point.spin.moves) way[2 * (roll + 1)] = point.spin.way[0];
     }
     int joint = 0;
     for (std::size_t j = 0; j < rest.dry.size(); ++j)

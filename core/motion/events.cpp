@@ -73,7 +73,7 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
                 : 0.0;
         if (told > 0.0 && at + told < until && measure(at + told).gap < now.gap - 0.25 * rounding)
             return at;
-        double by = std::max(value / fastest, told);
+        double by = std::max({value / fastest, told, now.free});
         if (bend > 0.0)
             by = std::max(by,
                           (now.rate + std::sqrt(now.rate * now.rate + 2.0 * bend * value)) / bend);
@@ -96,14 +96,21 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
 // part_of_step: no gap closes faster than the bodies' points move, and one with a smooth rate no
 // faster than g + ġ s − A s²/2. Where that gets nowhere, `unsure` says from when on nothing is
 // known.
-template <typename Measure>
-double first_zero(const Step& step, double until, bool smooth, Measure measure, double& unsure) {
+template <typename Measure, typename Prepare>
+double first_zero(const Step& step, double until, bool smooth, Measure measure, Prepare prepare,
+                  double& unsure) {
     const double span = step.end - step.start;
-    GapState left = measure(step.start);
     // Bodies that turn often in a step are seen as often.
-    double turning = 0.0;
-    for (double part : {0.0, 0.5, 1.0})
-        turning = std::max(turning, measure(step.start + part * span).turning);
+    const GapState nodes[] = {measure(step.start), measure(step.start + 0.5 * span),
+                              measure(step.end)};
+    double turning = 0.0, bound = 0.0;
+    for (const GapState& node : nodes) {
+        turning = std::max(turning, node.turning);
+        bound = std::max(bound, node.bound);
+    }
+    if (nodes[0].gap > kFaster * bound * span) return INFINITY;
+    prepare(nodes, 0.5 * span);
+    GapState left = measure(step.start);
     const int parts = static_cast<int>(std::min(std::max(4.0, turning * span / kSeen), 1e5));
     const double part_of_step = span / parts;
     for (int i = 0; i < parts; ++i) {
@@ -125,20 +132,31 @@ double first_zero(const Step& step, double until, bool smooth, Measure measure, 
 
 }  // namespace
 
-GapState Motion::gap_at(const Step& step, int gap, double at) {
+GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
     look(step, at);
+    if (ahead) ahead->base = base_[gap];
     GapState found = dynamics_.touching.measure(dynamics_.tree, dynamics_.touching.gaps()[gap],
-                                                here_.data(), here_.data() + nq());
+                                                here_.data(), here_.data() + nq(), ahead);
     found.gap -= base_[gap];
-    if (passing_[gap]) found.gap = -found.gap, found.rate = -found.rate;
+    if (passing_[gap]) found.gap = -found.gap, found.rate = -found.rate, found.free = 0.0;
     return found;
 }
 
 double Motion::first_closing(const Step& step, int gap, double until, double& unsure) {
     const Contact::Kind kind = dynamics_.touching.gaps()[gap].kind;
     const bool smooth = kind != Contact::shapes && kind != Contact::ball;
+    Ahead ahead{0.0, INFINITY};
     return first_zero(
-        step, until, smooth, [&](double at) { return gap_at(step, gap, at); }, unsure);
+        step, until, smooth, [&](double at) { return gap_at(step, gap, at, &ahead); },
+        [&](const GapState* nodes, double apart) {
+            const Touching& touching = dynamics_.touching;
+            ahead.acceleration = 0.0;
+            for (int i = 0; i < 2 && !smooth; ++i)
+                ahead.acceleration = std::max(
+                    ahead.acceleration,
+                    touching.acceleration(touching.gaps()[gap], nodes[i], nodes[i + 1], apart));
+        },
+        unsure);
 }
 
 // When bodies that rest on each other come down elsewhere: their gap, which is none where they
@@ -237,11 +255,17 @@ double Motion::first_change(const Step& step, double until) {
             look(step, at);
             const auto [value, rate] =
                 dynamics_.kinks.zone(k, dynamics_.tree, here_.data(), here_.data() + nq());
-            return GapState{value, rate, std::abs(rate)};
+            GapState found;
+            found.gap = value, found.rate = rate, found.bound = std::abs(rate);
+            return found;
         };
         double unsure = INFINITY;
         if (measure(step.start).gap < INFINITY)
-            zone = std::min({zone, first_zero(step, until, true, measure, unsure), unsure});
+            zone =
+                std::min({zone,
+                          first_zero(
+                              step, until, true, measure, [](const GapState*, double) {}, unsure),
+                          unsure});
     }
     until = std::min(until, zone);
     std::vector<double> before, after, trial;
@@ -328,9 +352,12 @@ bool Motion::happen(const Event& event, const Step&) {
                                     turns ? turning.data() : nullptr, nullptr, nullptr);
             const auto stop = [&](Slide& slide, const double* row, int size) {
                 if (!slide.moves) return;
-                double sum = slide.way[0] * along(row);
-                if (size == 2) sum += slide.way[1] * along(row + nv());
-                if (sum <= none) slide = Slide();
+                const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
+                             speed = std::hypot(a, b);
+                if (slide.way[0] * a + slide.way[1] * b > none) return;
+                // What has turned away slides on.
+                slide = speed > std::max(none, dynamics_.slow) ? Slide{true, {a / speed, b / speed}}
+                                                               : Slide();
             };
             stop(point.slip, J.data(), 2);
             stop(point.roll, turning.data(), 2);

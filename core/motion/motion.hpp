@@ -133,7 +133,7 @@ class Motion {
     // Events.
     Event first_event(const Step& step);
     double sharpened(const Step& step, int gap);
-    GapState gap_at(const Step& step, int gap, double at);
+    GapState gap_at(const Step& step, int gap, double at, Ahead* ahead = nullptr);
     double first_elsewhere(const Step& step, int gap, double until);
     double first_closing(const Step& step, int gap, double until, double& unsure);
     void margins(const Step& step, double at, std::vector<double>& found);

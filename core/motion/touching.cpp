@@ -11,6 +11,8 @@ namespace {
 
 // How far bodies turn, or move in radii, for the rates of what is followed on them.
 constexpr double kMove = 1e-3;
+// How much faster bodies that are far may come closer later in a step.
+constexpr double kFasterLater = 1.3;
 // Rounding of gaps, of the size of places.
 constexpr double kRounded = 4e-16;
 // Overlaps deeper than these are no motion that is right: of points and stops, whose drift is taken
@@ -77,6 +79,40 @@ double fastest(const Tree<double>& tree, int body, const Shape& shape, const Vec
     return length_of(twist_at(twist, centre).linear) + length_of(twist.angular) * shape.reach;
 }
 
+// Whether pieces are hulls of points with a radius around; then how far they reach from the origin.
+bool is_pointed(const std::vector<Shape>& pieces, double& reach) {
+    const auto is_hull = [](const Shape& s) {
+        return s.circles.empty() && s.kind != Shape::ellipsoid && s.kind != Shape::half_space;
+    };
+    if (!std::all_of(pieces.begin(), pieces.end(), is_hull)) return false;
+    reach = 0.0;
+    for (const Shape& s : pieces) reach = std::max(reach, length_of(s.centre) + s.reach);
+    return true;
+}
+
+// How long a hull of points stays on its side of a plane of the other body, to which it has a gap
+// along the normal: every point by g + ġ t − A t²/2. In the other's frame; `turn` brings the
+// hull's axes there. `slowest`: the rate of those that are there now.
+double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double gap,
+                 const Vec& velocity, const Vec& spin, double acceleration, double rounding,
+                 double& slowest) {
+    gap = std::max(gap, 0.0);
+    const Vec own = back(turn, normal);
+    double lowest = INFINITY, free = INFINITY;
+    for (const Vec& p : hull.points) lowest = std::min(lowest, dot(own, p));
+    for (const Vec& p : hull.points) {
+        const double rate = dot(normal, velocity + cross(spin, turn * p)),
+                     over = gap + dot(own, p) - lowest,
+                     square = rate * rate + 2.0 * acceleration * over;
+        // The root of a point that comes closer, without cancellation.
+        const double time = rate < 0.0 ? 2.0 * over / (-rate + std::sqrt(square))
+                                       : (rate + std::sqrt(square)) / (acceleration + 1e-300);
+        free = std::min(free, time);
+        if (over <= rounding) slowest = std::min(slowest, rate);
+    }
+    return free;
+}
+
 }  // namespace
 
 Touching::Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
@@ -102,6 +138,9 @@ Touching::Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies
         if (contact.kind == Contact::functions) gap.function = function++;
         if (contact.kind == Contact::shapes || contact.kind == Contact::ball) {
             bodies_[i].smaller = smaller_of(bodies_[i]);
+            for (int side : {1, 0})
+                if (is_pointed(side == 0 ? bodies_[i].first : bodies_[i].other, bodies_[i].reach))
+                    bodies_[i].pointed = side;
             gap.capture = has_ends(bodies_[i]) ? kSlowCorner : kSlowRise;
             gap.rests = kSlowRise;
             gap.deepest = std::max(
@@ -116,7 +155,7 @@ bool Touching::counts(const Gap& gap, const double* q, const double* v) const {
 }
 
 GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const double* q,
-                           const double* v) const {
+                           const double* v, const Ahead* ahead) const {
     const Contact& contact = scene_->contacts[gap.entry];
     GapState found;
     if (gap.kind == Contact::stop) {
@@ -151,35 +190,74 @@ GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const doubl
         }
         return found;
     }
+    measure_bodies(tree, gap, ahead, found);
+    return found;
+}
+
+void Touching::measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
+                              GapState& found) const {
     const Bodies& bodies = bodies_[gap.entry];
     const int a = bodies.first_body, b = bodies.other_body;
     const Placement pa = placement_of(tree, a), pb = placement_of(tree, b);
     found.gap = INFINITY;
     found.rounding = kRounded * (length_of(pa.origin) + length_of(pb.origin) + bodies.smaller);
     found.turning = std::max(length_of(tree.twist[a].angular), length_of(tree.twist[b].angular));
+    const bool is_first = bodies.pointed == 0;
+    if (bodies.pointed >= 0) {
+        const int own = is_first ? a : b, other = is_first ? b : a;
+        const Mat& frame = tree.rotation[other];
+        const Spatial<double>& twist = tree.twist[own];
+        const Vec across = tree.origin[own] - tree.origin[other];
+        found.velocity = back(frame, twist.linear - twist_at(tree.twist[other], across).linear);
+        found.spin = back(frame, twist.angular - tree.twist[other].angular);
+    }
+    double free = ahead && bodies.pointed >= 0 ? INFINITY : 0.0;
     for (const Shape& one : bodies.first)
         for (const Shape& two : bodies.other) {
             const Vec centre = std::isinf(one.reach) ? pb.origin + pb.rotation * two.centre
                                                      : pa.origin + pa.rotation * one.centre;
-            found.bound = std::max(found.bound,
-                                   fastest(tree, a, one, centre) + fastest(tree, b, two, centre));
+            const double bound = fastest(tree, a, one, centre) + fastest(tree, b, two, centre);
+            found.bound = std::max(found.bound, bound);
             if (std::isfinite(one.reach) && std::isfinite(two.reach)) {
                 const double far = 0.1 * std::min(one.reach, two.reach);
                 const double apart = least_distance(one, pa, two, pb, far);
                 if (apart > far) {
                     if (apart < found.gap)
                         found.gap = apart, found.rate = 0.0, found.is_rough = true;
+                    if (free > 0.0) free = std::min(free, apart / (kFasterLater * bound + 1e-300));
                     continue;
                 }
             }
             const Nearest near = nearest(one, pa, two, pb, true);
+            double slowest = INFINITY;
+            if (free > 0.0) {
+                const Mat& frame = is_first ? pb.rotation : pa.rotation;
+                const Mat& own = is_first ? pa.rotation : pb.rotation;
+                const Mat turn{back(frame, own.x), back(frame, own.y), back(frame, own.z)};
+                free =
+                    std::min(free, free_time(is_first ? one : two, turn,
+                                             back(frame, near.normal) * (is_first ? 1.0 : -1.0),
+                                             near.gap - ahead->base, found.velocity, found.spin,
+                                             ahead->acceleration, 4.0 * found.rounding, slowest));
+            }
             if (!(near.gap < found.gap)) continue;
             found.gap = near.gap;
             found.is_rough = false;
-            found.rate = dot(near.normal, velocity_at(tree, a, near.on_first) -
-                                              velocity_at(tree, b, near.on_other));
+            found.rate =
+                std::min(slowest, dot(near.normal, velocity_at(tree, a, near.on_first) -
+                                                       velocity_at(tree, b, near.on_other)));
         }
-    return found;
+    found.free = free;
+}
+
+double Touching::acceleration(const Gap& gap, const GapState& one, const GapState& two,
+                              double apart) const {
+    const double reach = bodies_[gap.entry].reach,
+                 spin = std::max(length_of(one.spin), length_of(two.spin));
+    return 2.0 *
+           ((length_of(two.velocity - one.velocity) + length_of(two.spin - one.spin) * reach) /
+                apart +
+            spin * spin * reach);
 }
 
 double Touching::gap_of(const Tree<double>& tree, const RestPoint& point, const double* q,

@@ -44,6 +44,10 @@ struct Bodies {
     std::vector<Shape> first, other;
     int first_body = 0, other_body = 0;
     double smaller = 0.0;  // radius of a ball around the smaller one [m]
+    // Which body is of points alone, with a radius around them: 0, 1 or neither; how far it
+    // reaches.
+    int pointed = -1;
+    double reach = 0.0;
 };
 
 struct TouchingFunctions {
@@ -61,6 +65,14 @@ struct GapState {
     double rounding = 0.0;         // of the gap [m]
     double turning = 0.0;          // the fastest angular velocity of its bodies [rad/s]
     bool is_rough = false;         // bodies are far: they are further apart than it says
+    double free = 0.0;             // no gap closes sooner, see ``Ahead`` [s]
+    Vec velocity, spin;            // of a body of points, in the frame of the other
+};
+
+// For which time a gap surely stays open: what it counts from [m], and the largest acceleration of
+// points of one body in the frame of the other [m/s²].
+struct Ahead {
+    double base = 0.0, acceleration = 0.0;
 };
 
 class Touching {
@@ -73,8 +85,8 @@ class Touching {
     bool counts(const Gap& gap, const double* q, const double* v) const;
 
     // A gap; the tree with places and twists.
-    GapState measure(const Tree<double>& tree, const Gap& gap, const double* q,
-                     const double* v) const;
+    GapState measure(const Tree<double>& tree, const Gap& gap, const double* q, const double* v,
+                     const Ahead* ahead = nullptr) const;
     // The gap of one resting point, and how far inside its face or edges it is.
     double gap_of(const Tree<double>& tree, const RestPoint& point, const double* q,
                   double* inside) const;
@@ -95,7 +107,14 @@ class Touching {
     // Whether friction goes by an ellipse, whose semi-axes are units of the tangents.
     bool is_elliptic(int entry) const;
 
+    // The largest acceleration of points of one body in the frame of the other, from states a time
+    // apart.
+    double acceleration(const Gap& gap, const GapState& one, const GapState& two,
+                        double apart) const;
+
   private:
+    void measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
+                        GapState& found) const;
     Between plain_spot(const Tree<double>& tree, const RestPoint& point) const;
     Between spot_of_bodies(const Tree<double>& tree, const RestPoint& point) const;
     void scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const;

@@ -9,6 +9,9 @@ import pinocchio as pin
 
 __all__ = ["contact_axes", "cross", "place_numbers"]
 
+# World axes that are across a normal alike but for this count as alike, in their order.
+ALIKE = 1e-6
+
 
 def contact_axes(normal: np.ndarray) -> np.ndarray:
     """(3, 3) columns t₁, t₂, n: a right-handed triad on a unit normal.
@@ -17,9 +20,9 @@ def contact_axes(normal: np.ndarray) -> np.ndarray:
     """
     # In plain floats: an array operation costs more than these sums.
     x, y, z = normal.tolist()
-    if abs(x) <= abs(y) and abs(x) <= abs(z):
+    if abs(x) <= abs(y) + ALIKE and abs(x) <= abs(z) + ALIKE:
         a, b, c = 1.0 - x * x, -y * x, -z * x
-    elif abs(y) <= abs(z):
+    elif abs(y) <= abs(z) + ALIKE:
         a, b, c = -x * y, 1.0 - y * y, -z * y
     else:
         a, b, c = -x * z, -y * z, 1.0 - z * z
