@@ -21,6 +21,9 @@ constexpr double kNodes[] = {0.0, 0.25, 0.5, 0.75, 1.0};
 // Bodies turn no further than this [rad] between two looks at them.
 constexpr double kSeen = 0.7;
 constexpr int kMostAdvances = 400, kMostHalvings = 80;
+// Of the time in which a gap surely stays open so much is gone at once: a step that ended just
+// where it closes would not see on which side it is.
+constexpr double kShort = 0.9;
 // Gaps that are told apart from none [m].
 constexpr double kRounding = 1e-15;
 // Below this distance [m] nothing is thin enough to be passed.
@@ -73,7 +76,7 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
                 : 0.0;
         if (told > 0.0 && at + told < until && measure(at + told).gap < now.gap - 0.25 * rounding)
             return at;
-        double by = std::max({value / fastest, told, now.free});
+        double by = std::max({value / fastest, told, kShort * now.free});
         if (bend > 0.0)
             by = std::max(by,
                           (now.rate + std::sqrt(now.rate * now.rate + 2.0 * bend * value)) / bend);

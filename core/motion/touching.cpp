@@ -11,8 +11,6 @@ namespace {
 
 // How far bodies turn, or move in radii, for the rates of what is followed on them.
 constexpr double kMove = 1e-3;
-// How much faster bodies that are far may come closer later in a step.
-constexpr double kFasterLater = 1.3;
 // Rounding of gaps, of the size of places.
 constexpr double kRounded = 4e-16;
 // Overlaps deeper than these are no motion that is right: of points and stops, whose drift is taken
@@ -90,6 +88,12 @@ bool is_pointed(const std::vector<Shape>& pieces, double& reach) {
     return true;
 }
 
+// When g + ġ t − A t²/2 is zero, without cancellation.
+double time_to(double gap, double rate, double acceleration) {
+    const double root = std::sqrt(rate * rate + 2.0 * acceleration * gap);
+    return rate < 0.0 ? 2.0 * gap / (root - rate) : (rate + root) / (acceleration + 1e-300);
+}
+
 // How long a hull of points stays on its side of a plane of the other body, to which it has a gap
 // along the normal: every point by g + ġ t − A t²/2. In the other's frame; `turn` brings the
 // hull's axes there. `slowest`: the rate of those that are there now.
@@ -102,12 +106,8 @@ double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double g
     for (const Vec& p : hull.points) lowest = std::min(lowest, dot(own, p));
     for (const Vec& p : hull.points) {
         const double rate = dot(normal, velocity + cross(spin, turn * p)),
-                     over = gap + dot(own, p) - lowest,
-                     square = rate * rate + 2.0 * acceleration * over;
-        // The root of a point that comes closer, without cancellation.
-        const double time = rate < 0.0 ? 2.0 * over / (-rate + std::sqrt(square))
-                                       : (rate + std::sqrt(square)) / (acceleration + 1e-300);
-        free = std::min(free, time);
+                     over = gap + dot(own, p) - lowest;
+        free = std::min(free, time_to(over, rate, acceleration));
         if (over <= rounding) slowest = std::min(slowest, rate);
     }
     return free;
@@ -224,7 +224,8 @@ void Touching::measure_bodies(const Tree<double>& tree, const Gap& gap, const Ah
                 if (apart > far) {
                     if (apart < found.gap)
                         found.gap = apart, found.rate = 0.0, found.is_rough = true;
-                    if (free > 0.0) free = std::min(free, apart / (kFasterLater * bound + 1e-300));
+                    if (free > 0.0)
+                        free = std::min(free, time_to(apart, -bound, ahead->acceleration));
                     continue;
                 }
             }

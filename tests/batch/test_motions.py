@@ -76,7 +76,7 @@ def test_rows_that_are_wrong_are_told_and_stop_nothing(threads):
         SCENE, q, v, friction=friction, duration=0.3, samples=3, threads=threads
     )
     assert batch.count() == {ik.MotionStatus.FINISHED: 1, ik.MotionStatus.REFUSED: 4}
-    for row, word in enumerate(("quaternion", "nan", "penetrated", "range")):
+    for row, word in enumerate(("quaternion", "nan", "penetration", "range")):
         assert word in batch.detail[row].lower()
         assert np.isnan(batch.q[row]).all() and np.isnan(batch.end[row])
     np.testing.assert_array_equal(batch.q[4], batch.motion(4).q)

@@ -118,7 +118,6 @@ def test_what_is_wedged_without_any_force_stands_still(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="the step becomes too small where two feet jam in turn")
 def test_feet_of_a_robot_that_jam_one_after_the_other():
     """A quadruped lands on stiff joints: a foot that friction jams while it hardly slides stops."""
     robot = ik.Robot.from_example("anymal", root="freeflyer")
