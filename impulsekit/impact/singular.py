@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "check_pivots",
-    "has_uneven_masses",
-    "joints_of",
-    "of_unit_length",
-    "pivots_are_safe",
     "refuse_massless",
     "shares_of_inertia",
     "singular_joints",
@@ -39,15 +35,10 @@ MOVES = 0.1
 UNEVEN_MASSES = 2e3
 
 
-def has_uneven_masses(model: pin.Model, ratio: float = UNEVEN_MASSES) -> bool:
+def _has_uneven_masses(model: pin.Model) -> bool:
     """Whether some bodies are so light beside others that sums over both lose digits."""
     masses = [body.mass for body in list(model.inertias)[1:] if body.mass > 0.0]
-    return max(masses, default=1.0) > ratio * min(masses, default=1.0)
-
-
-def pivots_are_safe(data: pin.Data, least: float = SMALLEST_PIVOT) -> bool:
-    """Whether all pivots of the sparse factor in ``data`` are above this part of M's diagonal."""
-    return bool((least * data.M.diagonal() < data.D).all())
+    return max(masses, default=1.0) > UNEVEN_MASSES * min(masses, default=1.0)
 
 
 def check_pivots(model: pin.Model, data: pin.Data) -> None:
@@ -60,22 +51,22 @@ def check_pivots(model: pin.Model, data: pin.Data) -> None:
     if (pivots > FAINT_PIVOT * diagonal).all():
         return
     vanished = ~(pivots > SMALLEST_PIVOT * diagonal)
-    if not (vanished.any() or has_uneven_masses(model)):
+    if not (vanished.any() or _has_uneven_masses(model)):
         vanished = shares_of_inertia(symmetric(data.M)) < SMALLEST_PIVOT
     if vanished.any():
         # Elimination starts at the leaves: behind a pivot of zero, all others are NaN.
         if not np.isnan(pivots[vanished]).all():
             vanished &= ~np.isnan(pivots)
-        raise singular_mass(model, joints_of(model, vanished))
+        raise singular_mass(model, _joints_of(model, vanished))
 
 
-def joints_of(model: pin.Model, speeds: np.ndarray) -> list[int]:
+def _joints_of(model: pin.Model, speeds: np.ndarray) -> list[int]:
     """The joints of generalized speeds, chosen by a mask (nv,)."""
     starts = [model.idx_vs[joint_id] for joint_id in range(1, model.njoints)]
     return sorted(set(np.searchsorted(starts, np.flatnonzero(speeds), side="right").tolist()))
 
 
-def of_unit_length(diagonal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _of_unit_length(diagonal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(m, nv) rows of unit length in the metric of an inertia, and (m,) what they are divided by.
 
     ``diagonal``: (nv,) of M. Rows that count as zero are of infinite length.
@@ -104,7 +95,7 @@ def shares_of_inertia(mass_matrix: np.ndarray, rows: np.ndarray | None = None) -
     """
     filled = mass_matrix
     if rows is not None:
-        unit_rows, _ = of_unit_length(np.diagonal(mass_matrix), rows)
+        unit_rows, _ = _of_unit_length(np.diagonal(mass_matrix), rows)
         filled = mass_matrix + unit_rows.T @ unit_rows
     scale = 1.0 / np.sqrt(np.where((own := np.diagonal(filled)) > 0.0, own, 1.0))
     try:
@@ -121,10 +112,10 @@ def singular_joints(model: pin.Model, masses: np.ndarray, rows: np.ndarray | Non
     """
     matrix = np.tril(masses) + np.tril(masses, -1).T
     if rows is not None and len(rows):
-        unit_rows, _ = of_unit_length(matrix.diagonal(), rows)
+        unit_rows, _ = _of_unit_length(matrix.diagonal(), rows)
         matrix = matrix + unit_rows.T @ unit_rows
     still = np.linalg.eigh(matrix)[1][:, 0]
-    return joints_of(model, np.abs(still) > MOVES)
+    return _joints_of(model, np.abs(still) > MOVES)
 
 
 def refuse_massless(robot: Robot, joints: Container[str]) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -158,11 +157,6 @@ class FramePair:
     def angular(self) -> list[int]:
         """About which of x, y, z its rows turn."""
         return [row - 3 for row in self.select if row > 2]
-
-    @cached_property
-    def is_level(self) -> bool:
-        """Whether R is that of the carrier itself."""
-        return np.array_equal(self.axes, np.eye(3))
 
 
 @dataclass(frozen=True)

@@ -240,9 +240,6 @@ def units_of_ellipse(friction: EllipticFriction, axis: Any) -> np.ndarray:
     return turn * [friction.first, friction.second]
 
 
-# µ of what rests by a friction that is 0 without slip: it begins to slide at once, and rubs then.
-LEAST_AT_REST = 1e-9
-
 Friction: TypeAlias = (
     float
     | tuple[float, float]
@@ -276,17 +273,6 @@ def static_friction(friction: Any, what: str = "friction") -> float:
     if isinstance(friction, EllipticFriction):
         return max(friction.first, friction.second)
     return friction_at(friction, 0.0, what)
-
-
-def friction_at_rest(friction: Any) -> float:
-    """As ``static_friction``; above 0 where there may be friction at another slip speed.
-
-    Of an ellipse in its own units (``units_of_ellipse``).
-    """
-    static = static_friction(friction)
-    if isinstance(friction, EllipticFriction):
-        return 1.0 if static > 0.0 else 0.0
-    return static if is_plain(friction) else max(static, LEAST_AT_REST)
 
 
 def friction_at(friction: Any, slip_speed: float, what: str = "friction") -> float:

@@ -1,6 +1,5 @@
 """Forces and [motion] in scene files, and the command that follows them."""
 
-import os
 import subprocess
 import sys
 
@@ -151,7 +150,6 @@ def test_the_bar_is_silent_in_a_pipe(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", "from impulsekit.cli import main; main()", "simulate", str(path)],
         # Where a part of the compiled code is on disk the rest is compiled, which a line says.
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
         capture_output=True,
         text=True,
         check=False,
