@@ -167,9 +167,19 @@ TABLE: tuple[_Row, ...] = (
         )
         for name in forces.STRUCK
     ),
-    OfJob("motion", "tosses of a cube / mujoco, 1 ms", motions.tosses, 6.0),
-    OfJob("motion", "box drawn to and fro, 2 s / mujoco, 1 ms", motions.drawn_box, 6.0),
-    OfJob("motion", "five dominoes, 0.3 s / mujoco, 1 ms", motions.dominoes, 8.0),
+    OfJob("motion", "tosses of a cube / mujoco, 1 ms", motions.tosses, 1.5),
+    OfJob("motion", "box drawn to and fro, 2 s / mujoco, 1 ms", motions.drawn_box, 2.0),
+    OfJob("motion", "five dominoes, 0.3 s / mujoco, 1 ms", motions.dominoes, 3.0),
+    OfJob("motion", "ten boxes dropped on each other, 1 s / mujoco, 1 ms", motions.ten_boxes, 5.0),
+    OfJob("motion", "boxes with rolling friction / without", motions.rolling, 2.0),
+    OfJob(
+        "motion",
+        "200 tosses, one thread / two",
+        motions.threads,
+        1.9,
+        at_least=True,
+    ),
+    OfJob("motion", "Solo12 standing, 1000 steps / simulate", motions.stepped, 1.5),
     OfJob("motion", "block shaken at its sole for 8.1 s", motions.shaken_block, 1.0, "s"),
     OfProblem("guard", "struck robot", "struck robot 9", SOLVE, CRBA, 3.0),
     OfProblem("guard", "struck robot", "struck robot 38", SOLVE, CRBA, 2.5),

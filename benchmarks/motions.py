@@ -6,14 +6,17 @@ import importlib.util
 import time
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
+from impulsekit.batch.motions.simulate import simulate_batch
 from impulsekit.motion import simulate
+from impulsekit.motion.simulation import Simulation
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
-from impulsekit.scene import AppliedForce, Collision, Contact, Scene
+from impulsekit.scene import AppliedForce, Collision, Contact, JointSpring, Scene
 
 from .urdf import one_body, solid_box
 
@@ -94,17 +97,28 @@ def _processor(job: Callable[[], object]) -> float:
     return time.process_time() - begin
 
 
-def tosses() -> list[float]:
-    """Tosses of the recorded cube, thrown like those."""
-    scene, rng = cube_scene(), np.random.default_rng(0)
-    states, starts = [], []
-    for _ in range(TOSSES):
+def _thrown(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """q and v of cubes thrown like those that were recorded."""
+    rng, states = np.random.default_rng(0), []
+    for _ in range(count):
         turn = rng.normal(size=4)
         q = np.array([0.0, 0.0, 0.2, *(turn / np.linalg.norm(turn))])
         rotation = pin.Quaternion(*q[[6, 3, 4, 5]]).matrix()
         linear, angular = rng.normal(size=3) * [1.0, 1.0, 0.5], rng.normal(size=3) * 5.0
         states.append((q, np.concatenate([rotation.T.dot(linear), angular])))
-        starts.append((q[[0, 1, 2, 6, 3, 4, 5]], np.concatenate([linear, angular])))
+    return states
+
+
+def _start(q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """MuJoCo's qpos and qvel of a free body: w first, the linear velocity in world axes."""
+    rotation = pin.Quaternion(*q[[6, 3, 4, 5]]).matrix()
+    return q[[0, 1, 2, 6, 3, 4, 5]], np.concatenate([rotation.dot(v[:3]), v[3:]])
+
+
+def tosses() -> list[float]:
+    """Tosses of the recorded cube, thrown like those."""
+    scene, states = cube_scene(), _thrown(TOSSES)
+    starts = [_start(q, v) for q, v in states]
     half = 0.5 * WIDTH
     body = BOX.format(x=0, z=half, a=half, b=half, c=half, mass=0.37, mu=FRICTION)
 
@@ -170,3 +184,78 @@ def dominoes() -> list[float]:
     speeds[:6] = [0.25, 0, 0, 0, 5.0, 0]
     world = _world(0.4, bodies)
     return _ratios(lambda: simulate(scene, q, v, 0.3), world, [(poses, speeds)], 0.3)
+
+
+def ten_boxes() -> list[float]:
+    """Ten boxes on top of each other, each let go of 1 mm above the one below, for 1 s."""
+    a, b, c, mass, fall, count = 0.3, 0.2, 0.1, 1.0, 1e-3, 10
+    names = [f"b{i}" for i in range(count)]
+    one, floor = solid_box("box", mass, (a, b, c)), Robot.from_urdf(FLOOR)
+    parts: dict[str, Any] = {"floor": floor} | dict.fromkeys(names, one)
+    pile = combine(**parts)
+    pairs = pairwise(("floor/floor", *(f"{name}/box" for name in names)))
+    contacts = [Collision(upper, lower, friction=0.5) for lower, upper in pairs]
+    scene = Scene(pile, contacts=contacts, gravity=GRAVITY)
+    heights = [0.5 * c + i * c + (i + 1) * fall for i in range(count)]
+    places = {
+        f"{name}/root_joint": [0, 0, z, 0, 0, 0, 1] for name, z in zip(names, heights, strict=True)
+    }
+    q, v = pile.configuration(**places), pile.velocity()
+    bodies = "".join(
+        BOX.format(x=0, z=z, a=a / 2, b=b / 2, c=c / 2, mass=mass, mu=0.5) for z in heights
+    )
+    poses = np.array([[0, 0, z, 1, 0, 0, 0] for z in heights], dtype=float).ravel()
+    start = poses, np.zeros(6 * count)
+    return _ratios(lambda: simulate(scene, q, v, 1.0), _world(0.5, bodies), [start], 1.0)
+
+
+def rolling() -> list[float]:
+    """A thrown box with rolling friction at its corners over one without."""
+    states = _thrown(TOSSES)
+    box, table = solid_box("box", MASS, (WIDTH, WIDTH, WIDTH)).with_ground(), {}
+    for resists in (0.0, 1e-3):
+        touch = Collision("box", "ground", friction=FRICTION, rolling=resists)
+        table[resists] = Scene(box, contacts=[touch], gravity=GRAVITY)
+
+    def ours(resists: float) -> None:
+        for q, v in states:
+            simulate(table[resists], q, v, 0.7)
+
+    return [_processor(lambda: ours(1e-3)) / _processor(lambda: ours(0.0)) for _ in range(ROUNDS)]
+
+
+def threads() -> list[float]:
+    """A batch of tosses on one thread over the same on two, in time on the clock."""
+    scene, states = cube_scene(), _thrown(200)
+    q, v = (np.array(x) for x in zip(*states, strict=True))
+
+    def seconds(count: int) -> float:
+        begin = time.perf_counter()
+        simulate_batch(scene, q, v, 0.7, samples=2, threads=count)
+        return time.perf_counter() - begin
+
+    return [seconds(1) / seconds(2) for _ in range(ROUNDS)]
+
+
+def stepped() -> list[float]:
+    """Steps of 1 ms of Solo12 standing, by ``Simulation`` over one ``simulate`` of the whole."""
+    solo = Robot.from_example("solo12", root="freeflyer")
+    legs = ("FL", "FR", "HL", "HR")
+    feet = [Contact(f"{leg}_FOOT", friction=0.6) for leg in legs]
+    bend = {f"{leg}_HFE": 0.8 for leg in legs} | {f"{leg}_KFE": -1.6 for leg in legs}
+    q = solo.configuration(root_joint=[0, 0, 0, 0, 0, 0, 1], **bend)
+    q[2] -= min(solo.placement(q, foot.frame).position[2] for foot in feet)
+    holds = [
+        JointSpring(joint, 50.0, 1.0, rest=q[solo.model.joints[solo.joint_id(joint)].idx_q])
+        for joint in solo.joint_names[1:]
+    ]
+    scene, v = Scene(solo, contacts=feet, forces=holds), solo.velocity()
+
+    def by_steps() -> None:
+        sim = Simulation(scene, q, v)
+        for _ in range(1000):
+            sim.step(STEP)
+
+    return [
+        _processor(by_steps) / _processor(lambda: simulate(scene, q, v, 1.0)) for _ in range(ROUNDS)
+    ]

@@ -311,8 +311,28 @@ void Touching::scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) 
     axes.y = second;
 }
 
-// Where a followed point is, and how fast it and its normal wander over both bodies: differences of
-// fourth order along their motion.
+// Whether a point is at a fixed distance from one that is fixed in a body, along the normal of a
+// face of the other: a corner, a ball, an end of a capsule, a spot.
+bool is_fixed_on_face(const Feature& feature, const Shape& own) {
+    if (feature.kind == Feature::corner_on_face || feature.kind == Feature::spot_on_face)
+        return true;
+    return feature.kind == Feature::tip_on_face && own.kind != Shape::ellipsoid &&
+           feature.index[1] < static_cast<int>(own.points.size());
+}
+
+// How fast such a point wanders, and its normal changes: p = c − (r + g/2) m, where m is the normal
+// of the face and g = m·(c − o) − r.
+void follow_on_face(const Tree<double>& tree, const TouchPoint& here, double radius, int own,
+                    int ground, const Vec& m, Vec& wanders, Vec& change) {
+    const Vec centre = here.point + m * (radius + 0.5 * here.gap);
+    const Vec v = velocity_at(tree, own, centre);
+    const double rate = dot(m, v - velocity_at(tree, ground, centre));
+    change = cross(tree.twist[ground].angular, m);
+    wanders = v - change * (radius + 0.5 * here.gap) - m * (0.5 * rate);
+}
+
+// Where a followed point is, and how fast it and its normal wander over both bodies: where nothing
+// is fixed, differences of fourth order along their motion.
 Between Touching::spot_of_bodies(const Tree<double>& tree, const RestPoint& point) const {
     const Gap& gap = gaps_[point.gap];
     const Bodies& bodies = bodies_[gap.entry];
@@ -326,13 +346,25 @@ Between Touching::spot_of_bodies(const Tree<double>& tree, const RestPoint& poin
     const TouchPoint here = at(0.0);
     b.place = b.other_place = here.point;
     b.axes = contact_axes(here.normal);
+    const Vec spin = tree.twist[b.other].angular;
+    const Feature& feature = point.feature;
+    const bool is_first = feature.index[0] == 0;
+    const Shape& own = is_first ? bodies.first[feature.piece[0]] : bodies.other[feature.piece[1]];
+    if (is_fixed_on_face(feature, own)) {
+        const double radius = feature.kind == Feature::spot_on_face ? 0.0 : own.radius;
+        Vec change;
+        follow_on_face(tree, here, radius, is_first ? b.first : b.other,
+                       is_first ? b.other : b.first, is_first ? b.axes.z : -b.axes.z, b.wanders,
+                       change);
+        b.turns = b.axes.z * dot(b.axes.z, spin) + cross(b.axes.z, is_first ? change : -change);
+        return b;
+    }
     const double speed =
         std::max({length_of(tree.twist[b.first].angular), length_of(tree.twist[b.other].angular),
                   length_of(velocity_at(tree, b.first, here.point) -
                             velocity_at(tree, b.other, here.point)) /
                       bodies.smaller});
     b.wanders = velocity_at(tree, b.other, here.point);
-    const Vec spin = tree.twist[b.other].angular;
     b.turns = b.axes.z * dot(b.axes.z, spin);
     if (!(speed > 0.0)) return b;
     const double time = kMove / speed;
