@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
+from ..display import Displayed, OneLine
 from ..robot.arrays import lock, read_only
 from ..robot.placing import Posture
 from ..scene import JointStop, Scene
@@ -77,7 +77,7 @@ class ContactPoint(OneLine):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactResult(OneLine):
+class ContactResult(Displayed):
     """A contact of the scene after the solve: the sum over its touching points.
 
     Attributes:

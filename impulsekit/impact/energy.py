@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display import Displayed
 from ..errors import RangeError
 from ..scene import AppliedImpulse
 from ..tolerances import NONZERO
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["Energy", "energy_books"]
 
 
-@dataclass(frozen=True)
-class Energy:
+@dataclass(frozen=True, repr=False)
+class Energy(Displayed):
     """Kinetic energy and work [J].
 
     Attributes:

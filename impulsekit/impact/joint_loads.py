@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..display import OneLine
+from ..display import Displayed
 from ..errors import InputError
 from ..robot.arrays import lock
 from ..robot.placing import Posture
@@ -20,7 +20,7 @@ __all__ = ["JointLoad", "joint_loads"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointLoad(OneLine):
+class JointLoad(Displayed):
     """The reaction impulse of a joint in the axes of the joint's frame, that of its child.
 
     The wrench is the one that the parent gives the child, at the joint's origin. Its parts are

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from ..checking import Check
     from ..design.fit import Fit
     from ..impact import Impact
+    from ..impact.contact_results import ContactResult
+    from ..impact.derivatives.result import Derivatives
+    from ..impact.energy import Energy
+    from ..impact.joint_loads import JointLoad
     from ..measured.comparison import LawComparison
     from ..motion import Trajectory
     from ..robot import Robot
@@ -190,6 +194,58 @@ def _laws(found: LawComparison) -> str:
     return as_html([[repr(found), *notes, *_some(list(head), rows)]])
 
 
+def _contact(contact: ContactResult) -> str:
+    rows = [
+        ["impulse", _vector(contact.impulse), "N s"],
+        ["velocity before", _vector(contact.velocity_before), "m/s"],
+        ["velocity after", _vector(contact.velocity_after), "m/s"],
+        ["gap", f"{contact.gap:.4g}", "m"],
+        ["work", f"{contact.work:.4g}", "J"],
+    ]
+    head = [f"{contact.name}: {contact.mode}", f"{len(contact.points)} touching points"]
+    if not contact.unique:
+        head.append("only the resultant over its redundant points counts")
+    return as_html([[*head, *_some(["of the contact", "value", "unit"], rows)]])
+
+
+def _energy(energy: Energy) -> str:
+    rows = [["before", f"{energy.before:.6g}"]]
+    rows += [[f"work of {name}", f"{work:.6g}"] for name, work in energy.work.items()]
+    rows.append(["after", f"{energy.after:.6g}"])
+    return as_html([[f"energy change {energy.change:.6g} J", *_some(["kinetic", "J"], rows)]])
+
+
+def _joint_load(load: JointLoad) -> str:
+    rows = [["force", _vector(load.force), "N s"], ["moment", _vector(load.moment), "N m s"]]
+    if load.axis is not None:
+        rows += [
+            ["torque about its axis", f"{load.torque:.4g}", "N m s"],
+            ["bending across it", f"{load.bending:.4g}", "N m s"],
+            ["force along its axis", f"{load.axial:.4g}", "N s"],
+            ["shear across it", f"{load.shear:.4g}", "N s"],
+        ]
+    return as_html(
+        [[f"{load.joint}: reaction", *_some(["in its own axes", "value", "unit"], rows)]]
+    )
+
+
+def _derivatives(found: Derivatives) -> str:
+    rows = [["q", *_largest(found.dv_after_dq)], ["v", *_largest(found.dv_after_dv)]]
+    for kind in ("impulse", "restitution", "friction"):
+        own = getattr(found, f"dv_after_d{kind}")
+        rows += [[f"{kind} of {name}", *_largest(array)] for name, array in own.items()]
+    head = [f"derivatives of v⁺: {found.status.name}", str(found.status.value), *found.edges]
+    return as_html([[*head, *_some(["by", "shape", "largest entry"], rows)]])
+
+
+def _largest(array: Any) -> list[str]:
+    return [" × ".join(map(str, array.shape)), f"{abs(array).max(initial=0.0):.4g}"]
+
+
+def _vector(numbers: Any) -> str:
+    return "(" + ", ".join(f"{x:.4g}" for x in numbers) + ")"
+
+
 def _check(check: Check) -> str:
     return as_html([[repr(check)], check.lines()])
 
@@ -225,4 +281,8 @@ SHOWN: dict[str, Callable[[Any], str]] = {
     "Check": _check,
     "ImpactBatch": _batch,
     "Replay": _replay,
+    "ContactResult": _contact,
+    "Energy": _energy,
+    "JointLoad": _joint_load,
+    "Derivatives": _derivatives,
 }

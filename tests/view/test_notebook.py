@@ -74,11 +74,16 @@ def things():
         "Fit": ik.measured.fit_impacts(measured, restitution=[f"c{BAD}"]),
         "Check": ik.check(ik.solve(blow, q, v)),
         "Replay": ik.replay(impact),
+        "ContactResult": impact.contacts[0],
+        "Energy": impact.energy,
+        "JointLoad": impact.joint_loads[BAD],
+        "Derivatives": ik.derivatives(ik.solve(scene, q, np.array([0.1, -1.0, 0.0, 0.3]))),
         "ImpactBatch": ik.solve_batch(scene, np.tile(q, (3, 1)), np.zeros((3, robot.nv))),
     }
 
 
-KINDS = ["Impact", "Trajectory", "Scene", "Robot", "Fit", "Check", "ImpactBatch"]
+PARTS = ["ContactResult", "Energy", "JointLoad", "Derivatives"]
+KINDS = ["Impact", "Trajectory", "Scene", "Robot", "Fit", "Check", "ImpactBatch", *PARTS]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -113,6 +118,14 @@ def test_the_numbers_are_those_of_the_result(things):
     assert f"{fit.values[0]:.6g}" in parsed(fit._repr_html_()).words
     robot = parsed(things["Robot"]._repr_html_()).words
     assert f"2 links, {things['Robot'].mass:.6g} kg" in " ".join(robot)
+    energy = things["Energy"]
+    assert f"{energy.after:.6g}" in parsed(energy._repr_html_()).words
+    load = things["JointLoad"]
+    assert f"{load.torque:.4g}" in parsed(load._repr_html_()).words
+    contact = parsed(things["ContactResult"]._repr_html_()).words
+    assert f"({', '.join(f'{x:.4g}' for x in things['ContactResult'].impulse)})" in contact
+    derivatives = things["Derivatives"]
+    assert f"{np.abs(derivatives.dv_after_dq).max():.4g}" in parsed(derivatives._repr_html_()).words
 
 
 def test_long_tables_end(things):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...display import OneLine
+from ...display import Displayed, OneLine
 from ...robot.arrays import read_only
 from .status import DerivativeStatus
 
@@ -39,7 +39,7 @@ class ImpulseDerivatives(OneLine):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Derivatives(OneLine):
+class Derivatives(Displayed):
     """Derivatives of v⁺ and of all impulses of an impact; arrays are read-only.
 
     A change of the configuration is δ (nv,) on its tangent, q ⊕ δ as Pinocchio's
