@@ -117,6 +117,8 @@ int Motion::solve(const std::vector<RestPoint>& points, const double* v, bool so
 // points of a contact; of joint stops in their joints, first.
 std::vector<double> Motion::impulses_at(const std::vector<RestPoint>& points) {
     std::vector<double> found(3 * scene_->scene.contacts.size());
+    // A problem that was refused has none.
+    if (solution_.contact.impulse.size() < 3 * points.size()) return found;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Gap& gap = dynamics_.touching.gaps()[points[i].gap];
         const double* P = solution_.contact.impulse.data() + 3 * i;
