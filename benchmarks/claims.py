@@ -174,7 +174,7 @@ TABLE: tuple[_Row, ...] = (
     OfJob("motion", "boxes with rolling friction / without", motions.rolling, 2.0),
     OfJob(
         "motion",
-        "200 tosses, one thread / two",
+        "100 tosses, one thread / two",
         motions.threads,
         1.9,
         at_least=True,

@@ -226,7 +226,7 @@ def rolling() -> list[float]:
 
 def threads() -> list[float]:
     """A batch of tosses on one thread over the same on two, in time on the clock."""
-    scene, states = cube_scene(), _thrown(200)
+    scene, states = cube_scene(), _thrown(100)
     q, v = (np.array(x) for x in zip(*states, strict=True))
 
     def seconds(count: int) -> float:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from ...motion.interrupts import Interrupts
@@ -42,12 +44,21 @@ def follow_rows(
     count = max(1, min(len(rows), threads or cores or 1))
     with Interrupts() as interrupts, ThreadPoolExecutor(count) as pool:
         follow = partial(followed_row, scene, interrupts=interrupts)
-        waiting = {pool.submit(follow, *row): i for i, row in enumerate(rows)}
+        ended: SimpleQueue[tuple[int, Future[RowResult]]] = SimpleQueue()
+
+        def tell(index: int, future: Future[RowResult]) -> None:
+            ended.put((index, future))
+
+        for i, row in enumerate(rows):
+            pool.submit(follow, *row).add_done_callback(partial(tell, i))
+        left = len(rows)
         try:
-            while waiting:
+            while left:
                 interrupts.heed()
-                for future in wait(waiting, LOOK, FIRST_COMPLETED).done:
-                    done(waiting.pop(future), future.result())
+                with suppress(Empty):
+                    index, future = ended.get(timeout=LOOK)
+                    left -= 1
+                    done(index, future.result())
             interrupts.heed()
             return True
         except BaseException as error:
@@ -55,7 +66,8 @@ def follow_rows(
             pool.shutdown(cancel_futures=True)
             if not isinstance(error, KeyboardInterrupt):
                 raise
-            for future, index in waiting.items():
+            while not ended.empty():
+                index, future = ended.get()
                 if not future.cancelled() and future.exception() is None:
                     done(index, future.result())
             return False
