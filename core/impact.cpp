@@ -16,15 +16,6 @@ namespace {
 // Steps at most by which rounding of large shares is brought down.
 constexpr int kRefinements = 3;
 
-// y += rowsᵀ x
-void add_transposed(const double* rows, int count, int nv, const double* x, double* y) {
-    for (int r = 0; r < count; ++r) {
-        if (x[r] == 0.0) continue;
-        const double* row = rows + r * nv;
-        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
-    }
-}
-
 // Σ |row_k| (|v_k| + |Δv_k|): the terms that a row's velocities are sums of.
 double terms_of(const double* row, const double* v, const double* dv, int nv) {
     double total = 0.0;

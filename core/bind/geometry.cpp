@@ -8,6 +8,7 @@
 
 #include "bind/arrays.hpp"
 #include "geometry/shapes.hpp"
+#include "meeting.hpp"
 
 namespace impulsekit {
 namespace {
@@ -140,6 +141,12 @@ void bind_geometry(nanobind::module_& module) {
             "point", [](const TouchPoint& p) { return numbers(p.point); }, nb::rv_policy::move)
         .def_prop_ro(
             "normal", [](const TouchPoint& p) { return numbers(p.normal); }, nb::rv_policy::move);
+    // (9) columns t₁, t₂, n, row by row.
+    module.def("contact_axes", [](const Array& normal) {
+        const Mat3<double> a = contact_axes(three(normal, "normal"));
+        return array_of(
+            std::vector<double>{a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z});
+    });
     module.def("touching", &touching_of);
     module.def("follow", &follow_of);
 }

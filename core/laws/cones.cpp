@@ -359,7 +359,7 @@ void start_without_noise(const System& s, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     System clear = s;
     clear.b = arena.take(s.rows);
-    const double noise = tolerance::noise * largest(s.b, s.rows);
+    const double noise = tolerance::at_rest * largest(s.b, s.rows);
     bool is_noisy = false;
     for (int i = 0; i < s.rows; ++i) {
         const bool is_noise = s.b[i] != 0.0 && std::abs(s.b[i]) < noise;

@@ -123,6 +123,14 @@ double largest(const double* x, int n) {
     return most;
 }
 
+void add_transposed(const double* rows, int count, int nv, const double* x, double* y) {
+    for (int r = 0; r < count; ++r) {
+        if (x[r] == 0.0) continue;
+        const double* row = rows + r * nv;
+        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
+    }
+}
+
 void multiply(const double* a, int n, const double* x, const double* b, double* y) {
     for (int i = 0; i < n; ++i) y[i] = b[i] + dot(a + i * n, x, n);
 }

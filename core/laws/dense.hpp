@@ -26,6 +26,9 @@ void null_projector(const double* l, const int* order, int n, int rank, double* 
 double dot(const double* x, const double* y, int n);
 double largest(const double* x, int n);
 
+// y += rowsᵀ x, of (count, nv) rows.
+void add_transposed(const double* rows, int count, int nv, const double* x, double* y);
+
 // y = A x + b.
 void multiply(const double* a, int n, const double* x, const double* b, double* y);
 

@@ -20,8 +20,6 @@ inline constexpr double shared = 1e-9;
 inline constexpr double immovable = 1e-24;
 // Velocities below this share of all velocities are zero: rounding of sums over contacts.
 inline constexpr double at_rest = 1e-12;
-// Velocities below this share of the largest may be rounding of a motion that came before.
-inline constexpr double noise = 1e-11;
 // A bilateral row of unit length that stands less than this [rad] out of the span of the others
 // depends on them: loops closed by hand are off by about as much; of rounding it is the second.
 inline constexpr double dependent_row = 1e-7;

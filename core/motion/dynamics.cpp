@@ -20,14 +20,6 @@ constexpr double kRounded = 1e-12;
 // Rounds in which rounding of large multipliers is brought down.
 constexpr int kRefinements = 2;
 
-void add_transposed(const double* rows, int count, int nv, const double* x, double* y) {
-    for (int r = 0; r < count; ++r) {
-        if (x[r] == 0.0) continue;
-        const double* row = rows + r * nv;
-        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
-    }
-}
-
 // The direction in which something slides. Within a step that goes on beyond where it stops, what
 // turns back has the direction that it came with: forces are smooth up to the stop and beyond.
 void along_way(const double* speeds, double speed, double slow, const Slide& slide, double* way) {

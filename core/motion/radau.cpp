@@ -91,11 +91,7 @@ bool Stepper::collocate(const Rate& f, double t, const double* y, double h, doub
 
 // The cubic through the three places, as dense output keeps it.
 void Stepper::keep_cubic(double t, const double* y, double h, const double* Z, Step& found) const {
-    found.start = found.begin = t;
-    found.end = t + h;
-    found.length = h;
-    found.before.assign(y, y + n_);
-    found.shape.assign(7 * n_, 0.0);
+    found.begin_at(t, h, y, n_);
     for (int j = 0; j < n_; ++j) {
         // Divided differences of y over x, from (0, 0).
         const double z1 = Z[j] / kPlaces[0], z2 = Z[n_ + j] / kPlaces[1], z3 = Z[2 * n_ + j];

@@ -16,6 +16,14 @@ constexpr int kMostTrials = 60;
 
 }  // namespace
 
+void Step::begin_at(double t, double h, const double* y, int n) {
+    start = begin = t;
+    end = t + h;
+    length = h;
+    before.assign(y, y + n);
+    shape.assign(7 * n, 0.0);
+}
+
 void Step::at(double t, double* y) const {
     const std::size_t n = before.size();
     const double x = length > 0.0 ? (t - begin) / length : 0.0;
@@ -69,11 +77,7 @@ bool Stepper::dense(const Rate& f, double t, const double* y, double h, const do
         }
         if (!f(t + d::c[s] * h, trial_.data(), k_.data() + s * n_)) return false;
     }
-    found.start = found.begin = t;
-    found.end = t + h;
-    found.length = h;
-    found.before.assign(y, y + n_);
-    found.shape.resize(7 * n_);
+    found.begin_at(t, h, y, n_);
     double* shape = found.shape.data();
     const double *first = k_.data(), *last = k_.data() + d::stages * n_;
     for (int j = 0; j < n_; ++j) {
@@ -190,11 +194,7 @@ bool Stepper::fixed(const Rate& f, const std::function<void(double*)>& settle, d
     settle(end_.data());
     double* last = k_.data() + dop853::stages * n_;
     if (!f(t + h, end_.data(), last)) return false;
-    found.start = found.begin = t;
-    found.end = t + h;
-    found.length = h;
-    found.before.assign(y, y + n_);
-    found.shape.assign(7 * n_, 0.0);
+    found.begin_at(t, h, y, n_);
     for (int j = 0; j < n_; ++j) {
         const double change = end_[j] - y[j];
         found.shape[j] = change;

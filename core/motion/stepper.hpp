@@ -14,6 +14,8 @@ struct Step {
     std::vector<double> before;        // (n) y where it begins
     std::vector<double> shape;         // (7, n) its coefficients
 
+    // The whole of a step of length h from y (n) at t, its coefficients still zero.
+    void begin_at(double t, double h, const double* y, int n);
     // y (n) at a time.
     void at(double t, double* y) const;
 };

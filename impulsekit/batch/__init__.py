@@ -1,1 +1,1 @@
-"""The same scene at many states: compiled kernels, studies, and trees of any length."""
+"""The same scene at many states: impacts, motions, studies, and trees of any length."""

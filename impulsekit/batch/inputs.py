@@ -171,7 +171,7 @@ def _mark(
     bad = ~fine.all(axis=1)
     codes[bad] = int(Status.OUT_OF_RANGE)
     codes[bad & ~np.isfinite(array).all(axis=1)] = int(Status.NOT_FINITE)
-    # The kernels compute every lane; a coefficient that is out of range must not make them fail.
+    # The core computes every lane; a coefficient that is out of range must not make them fail.
     array[bad] = harmless
 
 

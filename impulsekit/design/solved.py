@@ -21,7 +21,7 @@ from .parameters import Measurement, Parameter, changed_scene, column_of, scene_
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# Below so many impacts a scene, one by one takes less than a compilation, with exact derivatives.
+# Below so many impacts a scene each is solved by itself, with exact derivatives.
 FEWEST_FOR_BATCH = 24
 # The same where each impact has a point, and so a scene and a plan, of its own.
 FEWEST_WITH_POINTS = 6

@@ -13,7 +13,7 @@ class Interrupts:
     """Keeps in mind that Ctrl-C was pressed, for a motion to end before its next step.
 
     An exception at any moment is not safe: Python drops what is raised in a finalizer, and
-    compiled code that is just making its result turns it into a SystemError. A second Ctrl-C
+    native code that is just making its result turns it into a SystemError. A second Ctrl-C
     raises at once, for a function of the user's that does not return. Only in the main thread,
     and only where nobody else handles the signal.
     """

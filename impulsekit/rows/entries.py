@@ -1,6 +1,6 @@
 """What an entry of a scene says: rows between two frames, or rows of joints' own speeds.
 
-What the rows of two frames are: ``frame_pair``.
+The core makes rows of them, ``core/rows.hpp``.
 """
 
 from __future__ import annotations
