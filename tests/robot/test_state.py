@@ -173,7 +173,9 @@ def test_a_robot_stands_on_its_ground(height):
         assert np.array_equal(np.r_[q[:7], q[10:]], np.r_[start[:7], start[10:]])
         moved = q[7:10] - start[7:10]
         assert np.abs(np.cross(moved, normal)).max() < 1e-14
-        assert abs(ik.touching(on_ground, q, world.velocity()).contacts[0].gap) < 1e-14
+        assert (
+            abs(ik.touching(on_ground, q, world.velocity()).contacts[0].gap) < 1e-10
+        )  # coal inflates a box by that
 
 
 def test_talos_stands_and_lands_flat_as_on_eight_points():
