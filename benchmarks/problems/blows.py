@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.digits import DIGITS, velocity_after
+from benchmarks.truths.maximal import impact_of_free_bodies
 from impulsekit.chain import chain_urdf, pendulum_urdf
 from impulsekit.checking.demands import constraint_rows, known_impulses
 from impulsekit.checking.system import reference_robot
@@ -15,8 +17,6 @@ from impulsekit.reference import Arithmetic
 from impulsekit.reference.whittaker import StruckChain, struck_chain, struck_pendulum
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, FrameAnchor, JointImpulse, PointAnchor, Scene
-from tests.truths.digits import DIGITS, velocity_after
-from tests.truths.maximal import impact_of_free_bodies
 
 from .problem import Problem, drawn_state, exact_or_kept
 

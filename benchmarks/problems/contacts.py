@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.digits import velocity_after
+from benchmarks.truths.numbers import truth_numbers
+from benchmarks.truths.planar import planar_impulses
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Contact, Law, Scene
-from tests.truths.digits import velocity_after
-from tests.truths.numbers import truth_numbers
-from tests.truths.planar import planar_impulses
 
 from ..urdf import joint_text, link_text, one_body, robot_text
 from .problem import Problem, drawn_state, exact_or_kept

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from benchmarks.truths.flight import state_after_flight
 from impulsekit.chain import pendulum_urdf
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Contact, Scene
-from tests.truths.flight import state_after_flight
 
 from ..urdf import one_body
 from .blows import AT, LINEAR

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.found import Exact, Found
+from benchmarks.truths.impacts import Impacts
+from benchmarks.truths.numbers import truth_numbers
+from benchmarks.truths.residuals import Residuals
 from impulsekit.batch.long import long_chain
 from impulsekit.chain import chain_urdf
 from impulsekit.reference.arithmetic import Array
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, Scene
-from tests.truths.found import Exact, Found
-from tests.truths.impacts import Impacts
-from tests.truths.numbers import truth_numbers
-from tests.truths.residuals import Residuals
 
 from .judge import judge
 from .sweep import Case, Point, Sweeps

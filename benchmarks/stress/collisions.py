@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.truths.found import Exact, Found
+from benchmarks.truths.impacts import Impacts
+from benchmarks.truths.residuals import Residuals
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Collision, Contact, Scene
-from tests.truths.found import Exact, Found
-from tests.truths.impacts import Impacts
-from tests.truths.residuals import Residuals
 
 from ..urdf import one_body, solid_box
 from .bodies import random_state

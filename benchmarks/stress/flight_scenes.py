@@ -13,10 +13,10 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.truths.flown import Flown, Gap, from_box, from_segment, turned
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Collision, Contact, JointStop, Scene
-from tests.truths.flown import Flown, Gap, from_box, from_segment, turned
 
 from .bodies import ball, box, free_body, hung, rod, rounded_rod, slider
 from .mechanisms import random_turn

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.flown import first_meeting
 from impulsekit.motion import simulate
-from tests.truths.flown import first_meeting
 
 from .flight_scenes import (
     NEAR,

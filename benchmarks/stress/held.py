@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.truths.impacts import Impacts
 from impulsekit.scene import (
     AppliedImpulse,
     FrameAnchor,
@@ -12,7 +13,6 @@ from impulsekit.scene import (
     PointAnchor,
     Scene,
 )
-from tests.truths.impacts import Impacts
 
 from .bodies import Link, random_links, random_state, robot_of, uneven_links
 from .sweep import STATES, Case, Sweeps, decades

@@ -17,13 +17,13 @@ from typing import Any, Literal
 import numpy as np
 from scipy.optimize import linprog
 
+from benchmarks.truths.elimination import generalized_inverse
+from benchmarks.truths.enumerated import After, PlaneProblem, whole_answers
+from benchmarks.truths.numbers import EPS, truth_numbers
 from impulsekit.impact import solve
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import Contact, Law, Scene
-from tests.truths.elimination import generalized_inverse
-from tests.truths.enumerated import After, PlaneProblem, whole_answers
-from tests.truths.numbers import EPS, truth_numbers
 
 from ..urdf import joint_text, link_text, robot_text
 from .judge import AGREED, BOUND

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from tests.truths.found import Exact, Found
-from tests.truths.numbers import EPS, SMALLEST
+from benchmarks.truths.found import Exact, Found
+from benchmarks.truths.numbers import EPS, SMALLEST
 
 from .sweep import StateTruth
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from benchmarks.truths.planar import PlanarImpacts
 from impulsekit.scene import Contact, Law, Scene
 from impulsekit.tolerances import NONZERO
-from tests.truths.planar import PlanarImpacts
 
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweeps, decades

@@ -9,12 +9,12 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.truths.found import Found
 from impulsekit.batch.solve import solve_batch
 from impulsekit.errors import ImpulsekitError
 from impulsekit.impact import Impact, solve
 from impulsekit.impact.status import Status
 from impulsekit.scene import Collision, Scene
-from tests.truths.found import Found
 
 from .sweep import Case
 

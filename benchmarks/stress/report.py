@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.numbers import EPS, truth_numbers
 from impulsekit.view.plots.canvas import AFTER, BLOW, INK, QUIET, new_figure, tidy
-from tests.truths.numbers import EPS, truth_numbers
 
 from ..run import about
 from .judge import AGREED, BACKWARD, BOUND, ILL_POSED

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.truths.numbers import EPS
 from impulsekit.impact import ImpactSolver, solve
 from impulsekit.scene import Scene
-from tests.truths.numbers import EPS
 
 from .mechanisms import (
     Blow,

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 
+from benchmarks.truths.found import Exact, Found
 from impulsekit.errors import ImpulsekitError, SetupWarning
-from tests.truths.found import Exact, Found
 
 from .judge import Judgement, judge
 from .methods import answers

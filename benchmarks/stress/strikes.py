@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.contact_state import ContactState
+from benchmarks.truths.equations import Coefficients
+from benchmarks.truths.found import Exact, Found
+from benchmarks.truths.mechanics import Mechanics, SceneMechanics
+from benchmarks.truths.strike import Block, strikes
 from impulsekit.reference import Arithmetic
 from impulsekit.reference.arithmetic import Array
 from impulsekit.scene import Scene
-from tests.truths.contact_state import ContactState
-from tests.truths.equations import Coefficients
-from tests.truths.found import Exact, Found
-from tests.truths.mechanics import Mechanics, SceneMechanics
-from tests.truths.strike import Block, strikes
 
 # More than any sequence that ends in doubles takes down to ``AT_REST``.
 MOST_HITS = 15_000

@@ -10,9 +10,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from benchmarks.truths.found import Exact, Found
+from benchmarks.truths.residuals import Residuals
 from impulsekit.scene import Scene
-from tests.truths.found import Exact, Found
-from tests.truths.residuals import Residuals
 
 # Of a case, as a rule.
 STATES = 6

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.truths.impacts import Impacts
 from impulsekit.robot import Robot
 from impulsekit.robot.combine import combine
 from impulsekit.scene import AppliedImpulse, Contact, JointStop, Scene
 from impulsekit.tolerances import NONZERO
-from tests.truths.impacts import Impacts
 
 from .bodies import Link, random_links, random_state, robot_of, tilted_contact, uneven_links
 from .sweep import STATES, Case, Sweeps, decades

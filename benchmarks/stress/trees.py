@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.truths.impacts import Impacts
 from impulsekit.robot import Robot
 from impulsekit.scene import AppliedImpulse, JointImpulse, Scene
-from tests.truths.impacts import Impacts
 
 from .bodies import Link, random_links, random_state, robot_of
 from .sweep import STATES, Case, Sweeps, decades

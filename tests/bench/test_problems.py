@@ -14,8 +14,8 @@ from benchmarks.problems.blows import (
     tree_problem,
 )
 from benchmarks.problems.registry import FAMILIES, problems
+from benchmarks.truths.planar import planar_impulses
 from tests.bench.answers import decimals
-from tests.truths.planar import planar_impulses
 
 QUICK = list(problems(quick=True))
 IMPACTS = [problem for problem in QUICK if not problem.duration]

@@ -7,10 +7,10 @@ import pytest
 
 import impulsekit as ik
 from benchmarks.stress.run import solved_case
-from tests.truths.numbers import truth_numbers
-from tests.truths.planar import planar_impulses
-from tests.truths.slip import followed
-from tests.truths.strike import Block, strikes
+from benchmarks.truths.numbers import truth_numbers
+from benchmarks.truths.planar import planar_impulses
+from benchmarks.truths.slip import followed
+from benchmarks.truths.strike import Block, strikes
 
 NUMBERS = truth_numbers()
 LAWS = ("newton", "poisson", "stronge")

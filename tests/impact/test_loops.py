@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from benchmarks.truths.maximal import impact_of_free_bodies
 from impulsekit.errors import ContradictionError, SingularMassError
 from impulsekit.reference import Arithmetic, KaneSystem, Load
-from tests.truths.maximal import impact_of_free_bodies
 
 from ..close import close
 from ..reference.models import FOUR_BAR, joint, link, robot

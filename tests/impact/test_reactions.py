@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from benchmarks.truths.maximal import impact_of_free_bodies
 from impulsekit.errors import InputError, UnknownNameError
 from impulsekit.impact.freed import freed_joint
 from impulsekit.reference import KaneSystem, Load
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 from impulsekit.scene.constraints import DIRECTIONS
-from tests.truths.maximal import impact_of_free_bodies
 
 from ..close import close
 from ..reference.models import FOUR_BAR

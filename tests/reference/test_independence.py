@@ -57,7 +57,7 @@ else:
     raise SystemExit("the block does not hold")
 
 from impulsekit.reference import *
-from tests.truths.maximal import impact_of_free_bodies
+from benchmarks.truths.maximal import impact_of_free_bodies
 
 urdf, rod = sys.argv[1:]
 for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(60),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.truths.maximal import impact_of_free_bodies
 from impulsekit.errors import ContradictionError
 from impulsekit.reference import KaneSystem, Load
-from tests.truths.maximal import impact_of_free_bodies
 
 from .models import (
     EVERY_KIND,

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.stress.flights import SWEEPS
 from benchmarks.stress.run import jobs_of, solved_case
-from tests.truths.flown import first_meeting, from_box, from_segment, turned
+from benchmarks.truths.flown import first_meeting, from_box, from_segment, turned
 
 
 @pytest.mark.slow
