@@ -113,18 +113,6 @@ def test_scenes_with_functions_are_followed_and_told_of():
         ik.simulate_batch(scene, q, v, duration=0.2)
 
 
-def test_a_law_that_takes_no_two_contacts_at_once_is_told():
-    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
-    corners = [ik.Contact("box", at=[x, 0, -0.05], friction=0.3) for x in (-0.1, 0.1)]
-    scene = ik.Scene(box, contacts=corners, law=ik.Law(slip="path"))
-    q = box.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
-    batch = ik.simulate_batch(scene, [q] * 2, box.velocity(), duration=0.5, samples=2)
-    assert batch.count() == {ik.MotionStatus.REFUSED: 2}
-    assert all("sequential" in detail for detail in batch.detail)
-    with pytest.raises(errors.InputError, match="sequential"):
-        ik.simulate(scene, q, box.velocity(), duration=0.5)
-
-
 SCRIPT = """
 import numpy as np, impulsekit as ik
 swing = ik.Scene(ik.Robot.from_urdf(ik.models.pendulum_urdf(2)))

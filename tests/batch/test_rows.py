@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,30 +10,19 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from tests.conformance.end_laws import left_of_coulomb, newton_shift
-from tests.conformance.mechanics import mechanics_of
 
 from ..robots import one_body
 from .compare import random_states, worst_difference
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
 COUNT = 9
-FEET = ("FR_FOOT", "FL_FOOT", "HR_FOOT", "HL_FOOT")
 TABLE = ik.RestitutionTable([0.1, 0.5, 1.0, 2.0], [0.9, 0.7, 0.75, 0.1])
 CORNERS = ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
-LAWS = {
-    "newton": ik.Law(),
-    "poisson": ik.Law("poisson"),
-    "sequence": ik.Law(order="sequential"),
-    "stronge-sequence": ik.Law("stronge", "path", "sequential"),
-}
-
 panda = cache(lambda: ik.Robot.from_example("panda"))
 solo = cache(lambda: ik.Robot.from_example("solo12", root="freeflyer"))
 four_bar = cache(lambda: ik.Robot.from_urdf("models/four_bar.urdf"))
 ball = cache(lambda: ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"))
 box = cache(lambda: ik.Robot.from_urdf("models/box.urdf", root="freeflyer"))
-arm_and_box = cache(lambda: ik.combine(arm=panda(), box=box()))
 
 # An impulse that all scenes of Solo12 take.
 KICK = ik.AppliedImpulse("base_link", [0.3, -0.2, -1], name="kick")
@@ -44,10 +32,9 @@ PUSH = ik.AppliedImpulse("coupler", linear=[1, 0, 0], at=[0.25, 0, 0])
 Case = tuple[ik.Scene, np.ndarray, np.ndarray, dict[str, Any]]
 
 
-def scene(robot, *, spread=1.5, down=0.0, still=False, varying=None, **entries) -> Case:
+def scene(robot, *, spread=1.5, down=0.0, varying=None, **entries) -> Case:
     """A scene with random states, and what varies row by row."""
     q, v = random_states(robot, COUNT, spread=spread)
-    v = np.zeros_like(v) if still else v
     v[:, 2] -= down
     return ik.Scene(robot, gap_bound=np.inf, **entries), q, v, varying or {}
 
@@ -72,7 +59,7 @@ def two_balls() -> Case:
     q[:, 7:10] = q[:, 0:3] + 0.1 * np.c_[np.cos(angle), np.sin(angle), np.zeros(COUNT)]
     # Some are apart.
     q[::3, 9] += 0.01
-    own = ik.Scene(robot, contacts=contacts, law=LAWS["sequence"])
+    own = ik.Scene(robot, contacts=contacts, law=ik.Law(order="sequential"))
     return own, q, rng().normal(size=(COUNT, robot.nv)), {}
 
 
@@ -94,19 +81,6 @@ def boxes() -> Case:
     v = np.c_[0.2 * rng().normal(size=(COUNT, 6))]
     v[:, 2] = -1.0
     return ik.Scene(robot, contacts=[ik.Collision("box", "ground", friction=0.9)]), q, v, {}
-
-
-def of_solo(name: str) -> Case:
-    """Four feet under a law, with friction, beside a held leg or a stop."""
-    contacts = feet(*FEET, restitution=0.3, friction=0.4)
-    return scene(solo(), law=LAWS[name], contacts=contacts, down=1.0)
-
-
-def held_solo(name: str) -> Case:
-    held = [ik.PointAnchor("FR_FOOT"), ik.JointLock("FL_KFE", velocity="kept")]
-    stop = ik.JointStop("HL_KFE", lower=0.3, upper=3.0, restitution=0.2)
-    contacts = [*feet("HR_FOOT", restitution=0.3, friction=0.4), stop]
-    return scene(solo(), law=LAWS[name], impulses=[KICK], constraints=held, contacts=contacts)
 
 
 def mimic(name: str, root: str) -> Case:
@@ -164,73 +138,16 @@ def two_arms() -> Case:
 
 
 CASES: dict[str, Callable[[], Case]] = {
-    "blows of all kinds": lambda: scene(
-        panda(),
-        impulses=[
-            ik.AppliedImpulse("panda_hand", [0.3, -0.2, 1], [0.1, 0.2, 0.3], at=[0.1, 0, 0.05]),
-            ik.JointImpulse("panda_joint3", 0.4),
-            ik.AppliedImpulse("panda_link4", [1, 2, 3], axes="local"),
-        ],
-    ),
     "angles far beyond a turn": far_turned,
-    "a chain on a planar root": lambda: scene(
-        ik.Robot.from_urdf(ik.models.chain_urdf(links=6), root="planar"),
-        impulses=[ik.AppliedImpulse("link_6", [0, 5, 0], at=[1, 0, 0])],
-    ),
     "branches that nothing reaches": lambda: scene(
         ik.Robot.from_example("allegro_right_hand"), spread=0.5,
         impulses=[ik.AppliedImpulse("link_3.0_tip", [0, 0.1, 0])],
     ),
-    "one foot on a slope under a blow": lambda: scene(
-        solo(), impulses=[KICK],
-        contacts=feet("FR_FOOT", friction=0.6, restitution=0.3, normal=[0.1, 0.2, 1]),
-    ),
-    "feet without friction": lambda: scene(solo(), contacts=feet(*FEET, restitution=0.3)),
-    **{f"four feet, {name}": lambda name=name: of_solo(name) for name in LAWS},
-    **{f"held, {name}": lambda name=name: held_solo(name) for name in LAWS},
-    "constraints of all kinds": lambda: scene(
-        solo(), impulses=[KICK],
-        constraints=[
-            ik.PointAnchor("FR_FOOT"),
-            ik.JointCoupling("HL_KFE", "HR_KFE", -1.0),
-            ik.DistanceAnchor("FL_FOOT", "HR_FOOT"),
-            ik.FrameAnchor("HL_FOOT", directions=["x", "rz"], axes="local", velocity=[0.1, 0.2]),
-        ],
-    ),
-    "joint stops": lambda: scene(
-        panda(), spread=0.4,
-        contacts=[ik.JointStop(f"panda_joint{i}", -0.2, 0.2, restitution=0.5) for i in (1, 2)],
-    ),
-    "a plane of the same robot": lambda: scene(
-        solo(), impulses=[KICK],
-        contacts=[
-            ik.Contact("FR_FOOT", [0, 0.01, 0], (0.3, -0.8, 0.1), against="HL_UPPER_LEG",
-                       friction=0.5, restitution=0.2)
-        ],
-    ),
-    "bodies of two robots": lambda: scene(
-        arm_and_box(),
-        contacts=[
-            ik.Contact("box/box", [0.02, 0, 0.1], [0.1, 1, 0.2], against="arm/panda_hand",
-                       friction=0.4, restitution=0.5)
-        ],
-    ),
-    "rolling and spin": lambda: scene(
-        ik.Robot.from_urdf(ik.models.pendulum_urdf(3)),
-        contacts=[ik.Contact("link_3", [0, 0, -1], [1, 0.2, 0.3], friction=0.4, rolling=0.2)],
-    ),
     "the ground touches the robot": lambda: scene(
         solo(), contacts=[ik.Contact("world", [0.1, 0, 0], [0, 0, -1], against="FR_FOOT")]
     ),
-    "a grip where the bodies stand": lambda: scene(
-        arm_and_box(), constraints=[ik.FrameAnchor("arm/panda_hand", "box/box", at=[0, 0, 0.1])]
-    ),
-    "a planar loop": lambda: scene(four_bar(), spread=0.5, impulses=[PUSH], constraints=[LOOP]),
     "a planar loop closed twice": lambda: scene(
         four_bar(), spread=0.5, impulses=[PUSH], constraints=[LOOP, LOOP]
-    ),
-    "a loop at rest": lambda: scene(
-        four_bar(), spread=0.5, still=True, impulses=[PUSH], constraints=[LOOP]
     ),
     "a body pinned at three points": lambda: scene(
         solo(), down=2.0, impulses=[KICK], contacts=feet("FL_FOOT", restitution=0.3),
@@ -251,31 +168,11 @@ CASES: dict[str, Callable[[], Case]] = {
         panda(), impulses=[ik.AppliedImpulse("panda_hand", linear=[0, 0, 1])],
         constraints=[ik.PointAnchor("panda_link1", at=(0.0, 0.0, 0.1))],
     ),
-    "tables and capture speeds": lambda: scene(
-        solo(),
-        contacts=[
-            ik.Contact(foot, restitution=e)
-            for foot, e in zip(
-                FEET, (TABLE, 0.5, ik.RestitutionTable([0.3], [0.4]), ik.Restitution(0.8, 1.0)),
-                strict=True,
-            )
-        ],
-    ),
-    "a function of one's own": lambda: scene(
-        solo(), contacts=feet("FR_FOOT", friction=0.4, restitution=lambda u: 0.8 / (1.0 + u))
-    ),
     "followers on a fixed base": lambda: mimic("tiago_pro", "fixed"),
     "followers that float": lambda: mimic("panda", "freeflyer"),
     "all that may vary": varied,
     "a leg that a blow alone would throw": thrown_leg,
     "two arms held together": two_arms,
-    **{
-        f"one foot along the path, {law}": lambda law=law: scene(
-            solo(), law=ik.Law(law, "path"), impulses=[KICK],
-            contacts=feet("FR_FOOT", friction=0.3, restitution=0.4),
-        )
-        for law in ("newton", "poisson", "stronge")
-    },
     "two balls on a floor": two_balls,
     "a ball on a box": ball_on_box,
     "a box on the ground": boxes,
@@ -372,55 +269,17 @@ def test_what_has_no_meaning_is_refused():
     np.testing.assert_allclose(given.v_after, ik.solve_batch(plain, q, v).v_after, atol=1e-13)
 
 
-ROBOTS = {
-    "solo12": ("FR_FOOT", "FL_FOOT", "HR_FOOT", "HL_UPPER_LEG"),
-    "talos": ("left_sole_link", "right_sole_link", "base_link"),
-    "panda": ("panda_hand", "panda_link4", "panda_link6"),
-}
-
-
-def contact_impulses(own, q, v, m):
-    """Valid rows' impulses (3n,) in the contacts' axes."""
-    batch = ik.solve_batch(own, q, v, outputs=("v_after", "contact_impulses"))
-    rows = zip(batch.contact_impulses, m, strict=True)
-    return batch, [one.in_own_axes(impulses) for impulses, one in rows]
-
-
-@pytest.mark.parametrize("restitution", ["newton", "poisson"])
-@pytest.mark.parametrize("name", ROBOTS)
-def test_random_contacts_obey_the_law(name, restitution):
-    """Each row in the natural map; under Poisson's law both of its parts, where they are told."""
-    numbers = np.random.default_rng([list(ROBOTS).index(name), restitution == "poisson"])
-    robot = ik.Robot.from_example(name, root="fixed" if name == "panda" else "freeflyer")
-    judged = 0
-    for _ in range(6):
-        contacts = [
-            ik.Contact(
-                str(numbers.choice(ROBOTS[name])), at=0.1 * numbers.normal(size=3),
-                normal=tuple(numbers.normal(size=3)),
-                friction=float(numbers.choice([0.0, 0.3, 0.8])),
-                restitution=float(numbers.choice([0.0, 1.0, 0.4])),
-            )
-            for _ in range(numbers.integers(2, 5))
-        ]  # fmt: skip
-        own = ik.Scene(robot, contacts=contacts, law=ik.Law(restitution), gap_bound=np.inf)
-        q, v = random_states(robot, 8, seed=int(numbers.integers(1 << 30)))
-        m = [mechanics_of(own, *state) for state in zip(q, v, strict=True)]
-        e, mu = (np.array([getattr(c, f) for c in contacts]) for f in ("restitution", "friction"))
-        batch, whole = contact_impulses(own, q, v, m)
-        plastic = replace(own, contacts=[replace(c, restitution=0.0) for c in contacts])
-        pressed, first = contact_impulses(plastic, q, v, m)
-        for i in np.flatnonzero(batch.valid & pressed.valid):
-            u, P = m[i].J @ v[i], whole[i]
-            if restitution == "newton":
-                left = left_of_coulomb(m[i].W, u + newton_shift(e, u), mu, P)
-            elif np.linalg.cond(m[i].W) > 1e6:
-                # Redundant loads may have been shared in another way.
-                continue
-            else:
-                left = left_of_coulomb(m[i].W, u, mu, first[i])
-                middle, floor = u + m[i].W @ first[i], e * first[i][2::3]
-                left = max(left, left_of_coulomb(m[i].W, middle, mu, P - first[i], floor))
-            judged += 1
-            assert left < 1e-9
-    assert judged > 15 or (restitution == "poisson" and (judged > 3 or name != "solo12"))
+def test_a_row_that_cannot_be_is_flagged_and_the_others_solved():
+    body = ball()
+    floor = ik.Contact("ball", restitution=0.5, friction=0.3, name="floor")
+    q = np.tile(body.neutral(), (4, 1))
+    v = np.tile(body.velocity(root_joint=[0, 0, -1, 0, 0, 0]), (4, 1))
+    q[1] = 0.0
+    v[2, 0] = np.nan
+    batch = ik.solve_batch(
+        ik.Scene(body, contacts=[floor]), q, v, restitution=np.array([[0.5], [0.5], [0.5], [2.0]])
+    )
+    assert batch.valid.tolist() == [True, False, False, False]
+    assert len(set(batch.status.tolist())) == 4
+    assert batch.v_after[0, 2] == pytest.approx(0.5, abs=1e-12)
+    assert np.isnan(batch.v_after[1:]).all()

@@ -3,8 +3,6 @@
 import errno
 import hashlib
 import pathlib
-import signal
-import time
 
 import numpy as np
 import pytest
@@ -15,8 +13,6 @@ from impulsekit.batch.masses import scaled_robot
 from impulsekit.batch.study.lock import StoreFullError
 from impulsekit.cli import main
 from impulsekit.study import load_study, open_study, run_study, summarize
-
-from .forked import ForkedCommand
 
 for package in ("xarray", "zarr", "dask"):
     pytest.importorskip(package)
@@ -193,31 +189,3 @@ low = 0.1
         impact = ik.solve(ik.Scene(robot, [blow]), rows["q"][i].values, study.v)
         assert np.abs(impact.v_after - rows["v_after"][i].values).max() < 1e-12
     assert summarize(tmp_path / "rows").rows == 1000
-
-
-@pytest.mark.slow
-def test_killed_ten_times(scene_file, tmp_path):
-    path = scene_file(samples=60_000, chunk=1024)
-    run_study(load_study(path), tmp_path / "whole")
-    command = ["batch", str(path), "-q", "-o", str(tmp_path / "parts")]
-    rng = np.random.default_rng(0)
-    killed = 0
-    for _ in range(40):
-        process = ForkedCommand(command, tmp_path / "told")
-        marks = tmp_path / "parts" / "rows.zarr" / "status"
-        before = len(list(marks.iterdir())) if marks.exists() else 0
-        # Wait for it to be at work, then a random while.
-        while process.poll() is None and before == (
-            len(list(marks.iterdir())) if marks.exists() else 0
-        ):
-            time.sleep(0.005)
-        time.sleep(rng.uniform(0.0, 0.03))
-        if killed < 10 and process.poll() is None:
-            process.send_signal(signal.SIGKILL)
-            killed += 1
-        process.wait(120.0)
-        if process.returncode == 0:
-            break
-    assert killed >= 5
-    assert process.returncode == 0
-    assert contents(tmp_path / "whole") == contents(tmp_path / "parts")

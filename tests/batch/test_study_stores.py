@@ -354,7 +354,8 @@ def test_a_paused_writer_is_named(files, tmp_path):
 
 
 @pytest.mark.slow
-def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
+@pytest.mark.parametrize("most", [5, pytest.param(50, marks=pytest.mark.sweep)])
+def test_killed_and_paused_at_random_moments_two_at_once(files, tmp_path, most):
     """After every kill or pause: each row with a status is the study's own, to the last bit."""
     path = files(samples=768, chunk=64)
     study = load_study(path)
@@ -363,7 +364,7 @@ def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
     rng = random.Random(0)
     folder, paused, moments, refused = tmp_path / "rows", [], 0, 0
     turn = 0
-    while moments < 50:
+    while moments < most:
         pair = [
             ForkedCommand(options(path, folder), tmp_path / f"told{turn}.{i}") for i in range(2)
         ]
@@ -403,7 +404,7 @@ def test_killed_and_paused_at_fifty_random_moments_two_at_once(files, tmp_path):
         process.communicate()
     run_study(study, folder)
     assert same_rows(folder, tmp_path / "fresh")
-    assert refused > 0
+    assert refused > 0 or most < 50
 
 
 def assert_own_rows(folder, truth):

@@ -284,24 +284,6 @@ def test_two_rods_closed_tip_to_tip_stand_still():
     close(solved(rods, [flat], v, q).v_after, 0, 1e-12)
 
 
-def test_what_pinocchio_s_own_call_says_of_them():
-    """Its overload for constraint models moves joint 1 alone; this is why it is not used."""
-    q, v = np.array([0.3, np.pi - 0.4]), np.array([1.0, -2.0])
-    model = two_rods(q).model
-    tip = pin.SE3(np.eye(3), np.array([1.0, 0, 0]))
-    constraint = pin.RigidConstraintModel(
-        pin.ContactType.CONTACT_3D, model, 1, tip, 2, tip, pin.LOCAL_WORLD_ALIGNED
-    )
-    constraints, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-    constraints.append(constraint)
-    datas.append(constraint.createData())
-    data = model.createData()
-    pin.initConstraintDynamics(model, data, constraints, datas)
-    settings = pin.ProximalSettings(1e-12, 1e-12, 10)
-    after = pin.impulseDynamics(model, data, q, v, constraints, datas, 0.0, settings)
-    close(after, [0, -2], 1e-6)
-
-
 def two_rods(q):
     """Unit rods about z on pivots so far apart that their tips meet at q."""
     tips = np.array([np.cos(q), np.sin(q)]).T

@@ -5,15 +5,12 @@ Such a row is exactly zero; in doubles the rounding of places is left of it.
 
 from __future__ import annotations
 
-import pathlib
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import impulsekit as ik
 
-MODELS = pathlib.Path(__file__).parents[2] / "models"
 BODY = """<inertial><origin xyz=".01 .02 .03"/><mass value="1"/>
 <inertia ixx=".02" iyy=".03" izz=".04" ixy="0" ixz="0" iyz="0"/></inertial>
 <collision><geometry><sphere radius=".1"/></geometry></collision>"""
@@ -99,39 +96,6 @@ def test_it_carries_nothing(case: str, law: str, root: str) -> None:
     assert not batch.contact_impulses.any()
 
 
-@pytest.mark.parametrize("law", ["newton", "poisson", "sequential"])
-@pytest.mark.parametrize("root", ["fixed", "planar"])
-def test_beside_contacts_that_can(law: str, root: str) -> None:
-    """Two walls, and a plane that meets a point of the hinge's axis where this cannot go."""
-    robot = two_links(HINGE, root)
-    still = ik.Contact("s", at=[0, 0.3, 0], normal=[0, 0, 1], restitution=0.5)
-    one, two = (
-        ik.Contact("s", at=at, normal=normal, restitution=0.5, friction=0.3)
-        for at, normal in (([0.2, 0.1, 0.3], [0.1, 1, 0.2]), ([-0.2, 0.3, 0.1], [1, 0.3, 0.1]))
-    )
-    scenes = [ik.Scene(robot, contacts=c, law=LAWS[law]) for c in ([one, still, two], [one, two])]
-    valid = 0
-    for seed in range(24):
-        q, v = state(robot, seed)
-        impact, other = (ik.solve(scene, q, v) for scene in scenes)
-        assert moved_nothing(impact.contacts[1])
-        assert impact.status.valid == other.status.valid
-        np.testing.assert_allclose(impact.v_after, other.v_after, rtol=0, atol=1e-12)
-        valid += other.status.valid
-    assert valid > 12
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_derivatives_are_those_without_it(case: str) -> None:
-    kind, contact = CASES[case]
-    robot, blow = two_links(kind), [ik.JointImpulse("j", 0.3)]
-    scenes = ik.Scene(robot, blow, contacts=[contact], gap_bound=1e9), ik.Scene(robot, blow)
-    for seed in range(6):
-        found, other = (ik.derivatives(ik.solve(s, *state(robot, seed))) for s in scenes)
-        np.testing.assert_allclose(found.dv_after_dq, other.dv_after_dq, rtol=0, atol=1e-12)
-        np.testing.assert_allclose(found.dv_after_dv, other.dv_after_dv, rtol=0, atol=1e-12)
-
-
 def test_a_point_off_the_axis_by_a_micrometre_is_hit() -> None:
     """W_nn of 1e-12 m² is no rounding: P = −(1 + e) u_n/W_nn, and u_n⁺ = −e u_n⁻."""
     robot = two_links(HINGE)
@@ -146,26 +110,6 @@ def test_a_point_off_the_axis_by_a_micrometre_is_hit() -> None:
             assert after @ normal == pytest.approx(-0.5 * (before @ normal), rel=1e-6)
             hit += 1
     assert hit > 2
-
-
-@pytest.mark.parametrize("shift", [0.0, 1e3, 1e6])
-def test_wherever_the_robots_are(shift: float) -> None:
-    """Beside a ball far from the origin places keep their rounding; a row of it is none."""
-    pair = two_links(HINGE)
-    robot = ik.combine(d=pair, ball=ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer"))
-    touch = ik.Contact(
-        "d/s", against="d/b", at=[0, 0.3, 0], normal=[0.3, 0.2, 0.9], restitution=0.5
-    )
-    beside = ik.Contact("ball/ball", against="d/b", at=[0.05, 0, 0], normal=[1, 0, 0])
-    scene, without = (ik.Scene(robot, contacts=c) for c in ([touch, beside], [beside]))
-    for seed in range(12):
-        q, v = state(robot, seed)
-        q[:3] += shift
-        impact = ik.solve(scene, q, v)
-        assert moved_nothing(impact.contacts[0])
-        other = ik.solve(without, q, v)
-        scale = np.abs(other.v_after).max()
-        np.testing.assert_allclose(impact.v_after, other.v_after, rtol=0, atol=1e-12 * scale)
 
 
 def test_tangents_that_cannot_move_carry_nothing() -> None:

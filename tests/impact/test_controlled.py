@@ -143,48 +143,6 @@ def test_a_stiff_panda_that_does_not_feel_its_base_is_one_rigid_body(normal):
     assert mass_met(fixed, same, normal) < found < np.inf
 
 
-def struck_panda(**more):
-    body, q = panda_pose("fixed")
-    v = np.random.default_rng(1).normal(size=body.nv)
-    blow = ik.AppliedImpulse("panda_link4", linear=[0.3, -0.2, 0.5], at=[0, 0.05, 0])
-    speed = body.velocity_of(q, v, "panda_hand", at=[0, 0, 0.1]).linear
-    wall = ik.Contact(
-        "panda_hand", [0, 0, 0.1], tuple(-speed), [9, 9, 9], restitution=0.3, friction=0.4
-    )
-    held = {"controlled": ["panda_joint2", "panda_joint5"], **more}
-    return ik.Scene(body, [blow], contacts=[wall], gap_bound=np.inf, **held), q, v
-
-
-@pytest.mark.parametrize("slip", ["end", "path"])
-def test_batches_say_the_same(slip):
-    scene, q, v = struck_panda(law=ik.Law(slip=slip))
-    states = np.array([q, q + 0.05, q - 0.1]), np.array([v, 0.5 * v, 2 * v])
-    outputs = ("v_after", "contact_impulses", "constraint_impulses", "reactions")
-    batch = ik.solve_batch(scene, *states, outputs=outputs)
-    for row, state in enumerate(zip(*states, strict=True)):
-        impact = ik.solve(scene, *state)
-        assert np.array_equal(impact.v_after[[1, 4]], state[1][[1, 4]])
-        close(batch.v_after[row], impact.v_after, 1e-10)
-        close(batch.contact_impulses[row, 0], impact.contacts[0].impulse, 1e-10)
-        motors = np.concatenate([result.impulse for result in impact.constraints])
-        close(batch.constraint_impulses[row], motors, 1e-10)
-        reactions = np.array([impact.reactions[name] for name in scene.robot.joint_names])
-        close(batch.reactions[row], reactions, 1e-10)
-
-
-def test_derivatives_are_those_of_differences():
-    scene, q, v = struck_panda()
-    found = ik.derivatives(ik.solve(scene, q, v))
-    step = 1e-6
-    for column, e in enumerate(np.eye(scene.robot.nv)):
-        for matrix, state in (
-            (found.dv_after_dq, lambda s, e=e: (q + s * e, v)),
-            (found.dv_after_dv, lambda s, e=e: (q, v + s * e)),
-        ):
-            ahead, behind = (ik.solve(scene, *state(s)).v_after for s in (step, -step))
-            close(matrix[:, column], (ahead - behind) / (2 * step), 2e-7)
-
-
 def test_in_a_motion_the_motor_holds_at_impacts_alone():
     """The hinge swings freely before and after the floor is struck; there it keeps its speed."""
     body = two_bodies("freeflyer")
@@ -202,36 +160,6 @@ def test_in_a_motion_the_motor_holds_at_impacts_alone():
     assert impact.contacts[0].impulse[2] > 1.01 * loose.contacts[0].impulse[2]
     # Behind the impact the hinge goes on as forces and inertia have it.
     assert abs(stiff.at(time + 0.05)[1][-1] - impact.v_after[-1]) > 1e-3
-
-
-def test_scene_files_keep_it(tmp_path):
-    scene, q, v = struck_panda()
-    path = tmp_path / "stiff.toml"
-    ik.save_scene(path, scene, q, v)
-    read = ik.load_scene(path)
-    assert read.scene.controlled == ("panda_joint2", "panda_joint5")
-    assert np.array_equal(ik.solve(read.scene, read.q, read.v).dv, ik.solve(scene, q, v).dv)
-    path.write_text(path.read_text().replace('"panda_joint5"]', '"panda_joint55"]'))
-    with pytest.raises(ik.errors.SceneFileError, match=r"controlled\[1\].*panda_joint5"):
-        ik.load_scene(path)
-
-
-@pytest.mark.parametrize(
-    ("held", "match"),
-    [
-        ({"controlled": ["hing"]}, "hinge"),
-        ({"controlled": ["hinge", "hinge"]}, "twice"),
-        ({"controlled": [3]}, "name"),
-        ({"controlled": 3}, "list"),
-        (
-            {"controlled": "hinge", "constraints": [ik.JointLock("hinge")]},
-            "leave one of the two out",
-        ),
-    ],
-)
-def test_what_cannot_be_controlled_is_told(held, match):
-    with pytest.raises(ik.errors.ImpulsekitError, match=match):
-        ik.Scene(two_bodies(), **held)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6])

@@ -9,7 +9,10 @@ import pytest
 import impulsekit as ik
 from tests.laws.rows import slides
 
+from ..close import close
 from ..robots import random_blow, random_state, relative
+from .test_constraints import discs
+from .test_constraints import solved as held_impact
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
 
@@ -78,20 +81,6 @@ def test_rows_all_but_dependent_are_told_and_not_imposed():
     assert near.is_valid() and near.status is not exact.status
     np.testing.assert_allclose(near.v_after, exact.v_after, atol=1e-6)
     assert np.abs(apart.v_after - exact.v_after).max() > 1e-3
-
-
-@pytest.mark.parametrize("narrow", [1.0, 1e-2, 1e-4])
-def test_contacts_between_parts_that_are_held_move_as_they_are_held(narrow):
-    """A contact row Σ c_i a_i of bilateral rows a_i cannot be pressed: it gets no impulse."""
-    rows, v, rng = random_rows(4)
-    held = np.linalg.qr(rows.T)[0].T
-    held[2] = held[1] + narrow * held[2]
-    row = rng.normal(size=3) @ held
-    touch = ik.GapContact(lambda q: row @ q, lambda q: row, restitution=0.5)
-    found = solved(held, v * -np.sign(row @ v), contacts=[touch])
-    alone = solved(held, v * -np.sign(row @ v))
-    assert not found.contacts[0].impulse.any()
-    np.testing.assert_allclose(found.v_after, alone.v_after, atol=1e-12 / narrow)
 
 
 # -- one grip of a ball by an arm, in many words
@@ -201,3 +190,39 @@ def test_derivatives_take_two_pins_of_one_point_for_one(law, points):
     true, found = (ik.derivatives(impact).dv_after_dv for impact in (once, twice))
     assert np.abs(true).max() > 0.1
     np.testing.assert_allclose(found, true, atol=1e-5)
+
+
+# -- demands on real robots that cannot be, and some that can
+
+
+def test_demands_that_contradict_each_other_are_named():
+    panda = ik.Robot.from_example("panda")
+    q, v = random_state(panda, 1)
+    still = ik.PointAnchor("panda_hand", name="still")
+    going = ik.PointAnchor("panda_hand", velocity=(1, 0, 0), name="going")
+    with pytest.raises(ik.errors.ContradictionError, match=r"still\.x.*going\.x") as caught:
+        ik.solve(ik.Scene(panda, [], [still, going, ik.JointLock("panda_joint7")]), q, v)
+    assert set(caught.value.rows) == {"still.x", "going.x"}
+    # Out of its plane a chain cannot go.
+    chain = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
+    out = ik.FrameAnchor("link_3", directions=("x", "z"), velocity=(0, 1), name="out")
+    with pytest.raises(ik.errors.ContradictionError, match=r"out\.z") as caught:
+        ik.solve(ik.Scene(chain, [], [out]), chain.neutral(), chain.velocity())
+    assert caught.value.rows == ("out.z",)
+    # Rates that a gear rules out.
+    gears = discs(1, 1)
+    rates = [ik.JointLock("axle_0", 1.0), ik.JointLock("axle_1", 1.0),
+             ik.JointCoupling("axle_0", "axle_1", -1)]  # fmt: skip
+    with pytest.raises(ik.errors.ContradictionError, match="cannot hold together"):
+        ik.solve(ik.Scene(gears, [], rates), gears.neutral(), [0, 0])
+    agreeing = [*rates[:1], ik.JointLock("axle_1", -1.0), rates[2]]
+    close(held_impact(gears, agreeing, [0, 0]).v_after, [1, -1], 1e-14)
+
+
+def test_repeated_demands_that_agree_are_no_contradiction():
+    panda = ik.Robot.from_example("panda")
+    q, v = random_state(panda, 1)
+    scene = [ik.PointAnchor("panda_hand", velocity=(1, 2, 3)) for _ in range(3)]
+    assert held_impact(panda, scene, v, q).constraints[0].velocity_after == pytest.approx([1, 2, 3])
+    kept = [ik.PointAnchor("panda_hand", velocity="kept") for _ in range(2)]
+    assert relative(held_impact(panda, kept, v, q).dv, v) < 1e-12

@@ -217,3 +217,25 @@ def test_a_batch_counts_the_rows_whose_contacts_are_open():
     ground = ik.Scene(ball().with_ground(), contacts=[ik.Collision("ball", "ground")])
     touched = ik.solve_batch(ground, heights, v, outputs=("gaps",)).gaps[:, 0]
     assert np.isnan(touched[:1]).all() and touched[3] == pytest.approx(-0.05)
+
+
+BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+FLOOR = ik.Contact("ball", at=[0, 0, -0.05], name="floor")
+Q, V = BALL.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1]), BALL.velocity()
+
+
+def test_a_motion_without_a_duration_says_how_long_it_is():
+    with pytest.warns(SetupWarning, match="the motion ends after 1 s") as caught:
+        motion = ik.simulate(ik.Scene(BALL, contacts=[FLOOR]), Q, V)
+    assert caught[0].filename == __file__ and motion.t[-1] == 1.0
+
+
+def test_a_quaternion_in_the_order_of_others_is_doubted():
+    given = [0, 0, 1, 1, 0, 0, 0]
+    with pytest.warns(SetupWarning, match="order x, y, z, w half a turn about x"):
+        q = BALL.configuration(root_joint=given)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        impact = ik.solve(ik.Scene(BALL, contacts=[FLOOR]), np.array(given), V)
+    assert np.array_equal(q, given) and any("half a turn" in doubt for doubt in impact.doubts)
+    assert not any("turn" in d for d in ik.solve(ik.Scene(BALL, contacts=[FLOOR]), Q, V).doubts)

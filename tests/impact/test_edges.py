@@ -94,32 +94,6 @@ def test_an_arm_not_quite_stretched_is_told_from_a_stretched_one():
         assert np.abs(near.dv - _arm(0.0).dv).max() < 10 * angle * np.abs(near.dv).max()
 
 
-def test_rows_that_repeat_each_other_exactly_are_not_doubted():
-    robot, q, v = _pair(1e-6)
-    pins = [ik.PointAnchor("link_1", at=[x, 0.1, 0]) for x in (0.0, 0.1, 0.2, 0.3)]
-    impact = ik.solve(ik.Scene(robot, constraints=pins), q, v)
-    assert impact.status is ik.Status.SOLVED
-    assert not impact.constraints[0].unique
-
-
-def test_rows_of_a_batch_that_are_all_but_dependent_keep_their_numbers():
-    links = [
-        Link(k - 1, 1.0, (0.3, 0.04, 0.05), "revolute", offset=(0.3 * bool(k), 0.0, 0.0))
-        for k in range(3)
-    ]
-    robot = robot_of(links, "fixed")
-    blow = ik.AppliedImpulse("link_0", linear=[0, 1, 0], at=[0.15, 0, 0])
-    tip = ik.PointAnchor("link_2", at=[0.3, 0, 0])
-    scene = ik.Scene(robot, [blow], constraints=[tip])
-    q = np.array([[0.4, 0.3, -0.2], [0.4, 1e-10, -0.7e-10]])
-    batch = ik.solve_batch(scene, q)
-    assert batch.valid.all()
-    assert ik.Status(batch.status[1]).name == "NEARLY_DEPENDENT"
-    for row in range(2):
-        alone = ik.solve(scene, q[row], robot.velocity()).v_after
-        assert np.allclose(batch.v_after[row], alone, rtol=0, atol=1e-12)
-
-
 @pytest.mark.parametrize("ratio", [1e-6, 1e6, 1e8])
 def test_contacts_on_light_and_heavy_bodies_end_at_rounding_level(ratio):
     robot, q, v = _pair(ratio)
@@ -133,18 +107,3 @@ def test_contacts_on_light_and_heavy_bodies_end_at_rounding_level(ratio):
     assert impact.status is ik.Status.SOLVED
     assert impact.residuals.complementarity < 1e-11
     assert any(contact.impulse[-1] > 0 for contact in impact.contacts)
-
-
-def test_contacts_that_all_but_repeat_each_other_are_told_or_solved():
-    box = robot_of([Link(-1, 1.0, BOX)], "freeflyer")
-    v = np.array([0.1, 0.05, -1.0, 0.3, -0.2, 0.1])
-    q = box.neutral()
-    for apart in (1e-13, 1e-12, 1e-11):
-        contacts = [
-            ik.Contact("link_0", at=[0.1, 0.1, -0.05], normal=[k * apart, 0, 1], friction=0.5)
-            for k in range(3)
-        ]
-        impact = ik.solve(ik.Scene(box, contacts=contacts), q, v)
-        assert impact.is_valid()
-        if impact.status is not ik.Status.NEARLY_DEPENDENT:
-            assert impact.residuals.complementarity < 1e-12

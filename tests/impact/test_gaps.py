@@ -9,8 +9,6 @@ import pytest
 import impulsekit as ik
 from benchmarks.urdf import link_text, robot_text
 from impulsekit.errors import UnknownNameError
-from impulsekit.impact.gaps import contact_gaps, nearest_contact
-from impulsekit.robot.placing import Posture
 from tests.close import close
 
 
@@ -169,14 +167,3 @@ def test_it_prints_as_a_table():
     ]
     with pytest.raises(UnknownNameError, match="floor"):
         ik.touching(scene, arm.neutral()).contacts["flor"]
-
-
-def test_the_nearest_of_many_pairs_is_that_with_the_least_gap():
-    solo = ik.Robot.from_example("solo12", root="freeflyer").with_ground(-0.5)
-    scene = ik.Scene(solo, contacts=[*ik.collisions(solo), ik.JointStop("FL_KFE", -0.2, 0.3)])
-    rng = np.random.default_rng(0)
-    for _ in range(5):
-        q = pin.integrate(solo.model, solo.neutral(), 0.4 * rng.normal(size=solo.nv))
-        posture = Posture(solo, q)
-        known = min(contact_gaps(scene, posture), key=lambda item: item.gap)
-        assert nearest_contact(scene, posture) == known

@@ -109,73 +109,6 @@ def test_several_contacts_obey_their_statement():
     assert seen == {"sliding", "sticking"}
 
 
-def test_a_pair_that_is_one_number_changes_nothing():
-    v = (1.0, 0.4, -1.0)
-    plain = struck([0, 0, 0], 0.3, v=v, restitution=0.2)
-    for friction in ((0.3, 0.3), ik.FrictionTable([0.0], [0.3]), ik.EllipticFriction(0.3, 0.3)):
-        same = struck([0, 0, 0], friction, v=v, restitution=0.2)
-        assert same.v_after == pytest.approx(plain.v_after, abs=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("friction", "words"),
-    [
-        ((0.3, 0.5), "kinetic must be at most the static one, 0.3"),
-        ((-0.3, -0.5), "static must be 0 or more"),
-        ((np.inf, 0.5), "static must be a finite number"),
-        ((0.1, 0.2, 0.3), "friction must be a number"),
-        ("rough", "friction must be a number"),
-        (-0.1, "friction must be 0 or more"),
-    ],
-)
-def test_what_is_no_friction_is_refused(friction, words):
-    with pytest.raises(ik.errors.ImpulsekitError, match=words):
-        ik.Contact("block", friction=friction)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: ik.FrictionTable([0, 1], [0.3]), "values"),
-        (lambda: ik.FrictionTable([1, 0], [0.3, 0.2]), "each above the last"),
-        (lambda: ik.FrictionTable([0], [-1.0]), "0 or more"),
-        (lambda: ik.EllipticFriction(0.3, -0.1), "second must be 0 or more"),
-        (lambda: ik.EllipticFriction(0.3, 0.1, along=[0, 0, 0]), "above zero"),
-        (lambda: struck([0, 0, 0], ik.EllipticFriction(1, 1, along=[0, 0, 1])), "along the normal"),
-        (lambda: struck([0, 0, 0], lambda u: -1.0), "0 or more"),
-        (lambda: struck([0, 0, 0], (0.2, 0.1), tangential_restitution=0.5), "is a number, or is 0"),
-        (
-            lambda: ik.Scene(
-                BOX, contacts=[ik.Contact("block", friction=(0.2, 0.1))], law=ik.Law(slip="path")
-            ),
-            "friction other than a number needs",
-        ),
-        (lambda: ik.derivatives(struck([0, 0, 0], (0.2, 0.1))), "friction other than a number"),
-    ],
-)
-def test_faults_say_what_is_wrong(make, words):
-    with pytest.raises(ik.errors.ImpulsekitError, match=words):
-        make()
-
-
-def test_batches_and_files_know_it(tmp_path):
-    contacts = [
-        ik.Contact("ball", friction=(0.5, 0.25), name="a"),
-        ik.Contact("ball", friction=ik.FrictionTable([0, 1], [0.5, 1 / 3]), name="b"),
-        ik.Contact("ball", friction=ik.EllipticFriction(0.5, 0.2, along=[1, 2, 0]), name="c"),
-    ]
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    scene = ik.Scene(ball, contacts=contacts)
-    ik.save_scene(tmp_path / "scene.toml", scene)
-    assert ik.load_scene(tmp_path / "scene.toml").scene.contacts == scene.contacts
-    one = ik.Scene(ball, contacts=contacts[:1])
-    v = np.random.default_rng(1).normal(size=(4, 6)) - [0, 0, 3, 0, 0, 0]
-    batch = ik.solve_batch(one, ball.neutral(), v)
-    assert batch.valid.all()
-    alone = ik.solve(one, ball.neutral(), v[2]).v_after
-    np.testing.assert_allclose(batch.v_after[2], alone, rtol=0, atol=1e-12)
-
-
 def test_what_adheres_slips_by_its_kinetic_friction_while_it_is_pulled():
     """P_n = −1 of at most 3 N s: |P_t| = µ (P_n + 3), of slip µ_k; by speed its own µ."""
     for friction in ((0.8, 0.2), ik.FrictionTable([0.0, 1e-9], [0.8, 0.2])):
@@ -197,8 +130,3 @@ def test_adhesion_beside_a_contact_that_resists_turning():
     total = impact.contacts["cup"].impulse[2] + impact.contacts["pad"].impulse[2]
     assert total == pytest.approx(1.0, abs=1e-12) and impact.v_after[2] == pytest.approx(0.0)
     assert abs(impact.energy.imbalance) < 1e-13 and ik.check(impact).agrees
-
-
-def test_a_unit_axis_is_kept_to_the_last_digit():
-    one = ik.EllipticFriction(0.5, 0.2, along=[1, 1, 0])
-    assert ik.EllipticFriction(0.5, 0.2, along=one.along) == one

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 import threading
 
 import numpy as np
@@ -33,78 +32,11 @@ def test_the_answer_is_read_only_and_apart_from_what_was_given(talos):
             array[0] = 1.0
 
 
-def test_lists_and_whole_numbers_are_taken():
-    robot = ik.Robot.from_example("panda")
-    scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
-    a = ik.solve(scene, [0] * 9, [1] * 9)
-    b = ik.solve(scene, np.zeros(9), np.ones(9))
-    np.testing.assert_array_equal(a.v_after, b.v_after)
-
-
-@pytest.mark.parametrize(
-    ("change_q", "change_v", "error", "words"),
-    [
-        (
-            lambda q: q[:-1],
-            lambda v: v,
-            errors.ShapeError,
-            r"q: expected shape \(39,\), got \(38,\)",
-        ),
-        (
-            lambda q: q,
-            lambda v: v[None],
-            errors.ShapeError,
-            r"v: expected shape \(38,\), got \(1, 38\)",
-        ),
-        (lambda q: _set(q, 10, math.nan), lambda v: v, errors.NotFiniteError, "leg_left_4_joint"),
-        (lambda q: _set(q, 0, math.inf), lambda v: v, errors.NotFiniteError, "root_joint"),
-        (lambda q: q, lambda v: _set(v, 6, math.nan), errors.NotFiniteError, "leg_left_1_joint"),
-        (lambda q: _set(q, slice(3, 7), 0.0), lambda v: v, errors.StateError, "length 0"),
-        (lambda q: _set(q, 6, q[6] + 1e-3), lambda v: v, errors.StateError, "quaternion"),
-        (
-            lambda q: "here",
-            lambda v: v,
-            errors.InputError,
-            'q must be 39 numbers, got "here"',
-        ),
-        (lambda q: q, lambda v: None, errors.ImpulsekitError, "v"),
-    ],
-)
-def test_a_wrong_state_is_one_clear_error(talos, change_q, change_v, error, words):
-    q, v = random_state(talos.robot, 0)
-    with pytest.raises(error, match=words):
-        ik.solve(talos, change_q(q), change_v(v))
-
-
-@pytest.mark.parametrize("entry", [0, 8])
-def test_no_nan_slips_through_a_fixed_base(entry):
-    robot = ik.Robot.from_example("panda")
-    scene = ik.Scene(robot, [random_blow("panda_link1", 0)])
-    for q, v in ((_set(np.zeros(9), entry, math.nan), np.zeros(9)),):
-        with pytest.raises(errors.NotFiniteError, match="q"):
-            ik.solve(scene, q, v)
-        with pytest.raises(errors.NotFiniteError, match="v"):
-            ik.solve(scene, v, q)
-
-
 def test_huge_states_are_not_taken_for_infinite_ones():
     robot = ik.Robot.from_example("panda")
     scene = ik.Scene(robot, [random_blow("panda_hand", 0)])
     v = np.full(9, 1e200)
     np.testing.assert_array_equal(ik.solve(scene, np.zeros(9), v).v_before, v)
-
-
-@pytest.mark.parametrize("entry", [math.nan, math.inf, -math.inf, 1e200])
-def test_states_of_many_numbers_are_checked_as_those_of_few(entry):
-    chain = ik.Robot.from_urdf(ik.models.chain_urdf(60), root="planar")
-    scene = ik.Scene(chain, [random_blow("link_60", 0)])
-    q, v = random_state(chain, 0)
-    v[5] = entry
-    if entry == 1e200:
-        assert ik.solve(scene, q, v).is_valid()
-        return
-    with pytest.raises(errors.NotFiniteError, match="velocity v: entry 5"):
-        ik.solve(scene, q, v)
 
 
 def test_without_an_impulse_nothing_changes():
@@ -167,38 +99,3 @@ def test_threads_do_not_meet(talos):
     for thread in threads:
         thread.join()
     assert not wrong
-
-
-def test_an_impact_travels_by_pickle(talos):
-    impact = ik.solve(talos, *random_state(talos.robot, 1))
-    _ = impact.energy
-    twin = pickle.loads(pickle.dumps(impact))
-    np.testing.assert_array_equal(twin.dv, impact.dv)
-    assert twin.energy.after == impact.energy.after
-
-
-def test_a_scene_is_needed():
-    with pytest.raises(errors.InputError, match="solve takes a Scene, not a"):
-        ik.solve("scene", [0], [0])
-
-
-def _set(array, index, value):
-    array = array.copy()
-    array[index] = value
-    return array
-
-
-@pytest.mark.parametrize("name", ik.models.example_names())
-def test_a_blow_on_any_branch_of_any_robot_is_solved(name):
-    """On a fixed base, with all other branches left out."""
-    robot = ik.Robot.from_example(name)
-    if robot.nv == 0:
-        pytest.skip("nothing moves on a fixed base")
-    moved = [link for link in robot.links if link.joint_id > 0 and link.mass > 0.0]
-    scene = ik.Scene(robot, [random_blow(moved[-1].name, 1)])
-    try:
-        impact = ik.solve(scene, *random_state(robot, 1))
-    except errors.SingularMassError as error:
-        assert error.joints
-        return
-    assert impact.residuals.momentum < 1e-12

@@ -64,26 +64,6 @@ def test_nor_where_a_point_of_it_is_pinned():
     assert statuses(feet, constraints=[pin]) <= {"SOLVED"}
 
 
-def test_nor_in_batches():
-    feet = [ik.Contact("box", at=at, friction=0.5, restitution=0.3) for at in CORNERS]
-    given = list(blows(7))
-    q = np.tile(AT_REST, (DRAWS, 1))
-    for count in (1, 4):
-        blow = ik.AppliedImpulse("box", name="blow")
-        scene = ik.Scene(BOX, [blow], contacts=feet[:count])
-        pushes = np.array([one.linear for one in given])
-        batch = ik.solve_batch(scene, q, np.zeros((DRAWS, 6)), impulses={"blow": pushes})
-        assert ik.Status.ENERGY_GAIN not in batch.count()
-
-
-def test_a_box_that_rests_goes_on_from_a_blow():
-    feet = [ik.Contact("box", at=at, friction=0.5) for at in CORNERS]
-    for blow in blows(3):
-        scene = ik.Scene(BOX, [blow], contacts=feet)
-        start = AT_REST
-        assert ik.simulate(scene, start, BOX.velocity(), 0.01).status.name == "FINISHED"
-
-
 @pytest.mark.parametrize("restitution", ["newton", "poisson"])
 @pytest.mark.parametrize("count", [1, 4])
 def test_derivatives_of_a_blow_on_what_rests(restitution, count):

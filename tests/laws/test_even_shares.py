@@ -14,7 +14,6 @@ CORNERS = [(x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1)]
 # No normal of a face moves for loads along it.
 SHIFT = np.array([1.0, -1.0, -1.0, 1.0])
 MU = 0.4
-LAWS = [ik.Law(), ik.Law(restitution="poisson")]
 
 
 def box():
@@ -87,37 +86,6 @@ def test_four_corners_that_slip_are_as_on_equal_springs():
         assert impact.v_after == pytest.approx(truth[:6], abs=1e-9)
         assert loads_of(impact) == pytest.approx(truth[6:], abs=1e-8)
     assert judged >= 15
-
-
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.restitution)
-def test_the_order_of_entries_decides_nothing(law):
-    robot = box()
-    for v in falls(10, seed=1):
-        answers = [
-            ik.solve(
-                ik.Scene(robot, contacts=corner_contacts(order, e=0.3), law=law), robot.neutral(), v
-            ).v_after
-            for order in list(itertools.permutations(range(4)))[::5]
-        ]
-        assert np.ptp(answers, axis=0).max() < 1e-10
-
-
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.restitution)
-def test_bodies_side_by_side_land_as_each_alone(law):
-    """Off by up to 3e-3 of the velocities where any lawful share was taken."""
-    robot, count = box(), 6
-    many = ik.combine(
-        {f"b{k}": robot for k in range(count)},
-        placements={f"b{k}": (k, 0, 0) for k in range(count)},
-    )
-    contacts = [
-        one for k in range(count) for one in corner_contacts(link=f"b{k}/box", prefix=f"b{k}")
-    ]
-    v = falls(count, seed=2)
-    together = ik.solve(ik.Scene(many, contacts=contacts, law=law), many.neutral(), v.ravel())
-    alone = ik.Scene(robot, contacts=corner_contacts(), law=law)
-    each = [ik.solve(alone, robot.neutral(), one).v_after for one in v]
-    assert together.v_after == pytest.approx(np.concatenate(each), abs=1e-13)
 
 
 def test_other_shares_are_told_with_their_velocities():

@@ -78,13 +78,6 @@ def test_walls_that_give_back_less_bring_what_is_between_them_to_rest(e):
     assert in_own_rows(impact)[2::3] == pytest.approx([1 / (1 - e), e / (1 - e)], rel=1e-9)
 
 
-def test_two_laws_for_one_contact_under_a_blow():
-    """Sequential: the blow acts first, and the contact gives back what approaches then."""
-    J = along_normals([[1.0]])
-    assert solved_rows(J, [0.0], 0.5, blow=[-2.0], law=NEWTON).v_after[0] == 1.0
-    assert solved_rows(J, [0.0], 0.5, blow=[-2.0]).v_after[0] == 0.0
-
-
 @pytest.mark.parametrize("law", LAWS[:2], ids=lambda law: law.restitution)
 def test_axes_units_and_order_do_not_decide_which_comes_first(law):
     """A contact counts in m/s, a joint stop in rad/s: scaled rows give scaled impulses."""
@@ -112,17 +105,6 @@ def test_rounding_at_a_contact_that_nothing_moves_is_no_approach(law):
     alone = solved_rows(J[:3], v, 0.3, 0.2, law=law)
     assert beside.contacts[0].impulse == pytest.approx(alone.contacts[0].impulse, rel=1e-12)
     assert not beside.contacts[1].impulse.any()
-
-
-@pytest.mark.parametrize("slip", ["end", "path"])
-def test_two_contacts_of_one_motion_that_face_each_other_come_to_rest(slip):
-    rng, law = np.random.default_rng(2), ik.Law("poisson", slip, "sequential")
-    for _ in range(8):
-        J = rng.normal(size=(6, 1))
-        J[2::3] = np.abs(J[2::3]) * [[1.0], [-1.0]]
-        impact = solved_rows(J, rng.normal(size=1), [0.7, 1.0], [0.0, 0.2], law=law)
-        if impact.is_valid():
-            assert np.abs(J @ impact.v_after).max() < 1e-11 * np.abs(J @ impact.v_before).max()
 
 
 def test_contacts_that_are_alike_are_hit_by_their_order_and_that_is_told():

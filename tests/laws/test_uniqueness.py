@@ -14,7 +14,7 @@ import impulsekit as ik
 from tests.conformance.end_laws import left_of_coulomb, newton_shift
 from tests.conformance.mechanics import mechanics_of
 
-from .rows import in_own_rows, solved_rows
+from .rows import solved_rows
 
 
 def modes_in_plane(W, b, mu):
@@ -150,16 +150,3 @@ def test_of_four_feet_that_rub_another_answer_is_told(seed):
     assert np.abs(impact.uniqueness.others[0] - impact.v_after).max() > 1e-3
     again = pickle.loads(pickle.dumps(impact))
     assert again.uniqueness.several and "several" in ik.report(again)
-
-
-def test_rods_that_part_could_jam_each_by_itself():
-    """ξ = b + W P = 0 with |P_t| < µ P_n, and P = 0, both obey the law, of each of two rods."""
-    wedge = np.array([[4.0, 0.0, -3.0], [0.0, 4.0, 0.0], [-3.0, 0.0, 2.5]])
-    half = np.linalg.cholesky(wedge)
-    J = np.kron(np.eye(2), half)
-    v = np.tile(np.linalg.solve(half, [-1.0, 0.0, 0.2]), 2)
-    impact = solved_rows(J, v, 0.0, 2.0)
-    assert not in_own_rows(impact).any() and impact.uniqueness.several
-    stuck = v - np.linalg.lstsq(J, J @ v, rcond=None)[0]
-    assert any(np.abs(other[:3] - stuck[:3]).max() < 1e-9 or np.abs(other[3:] - stuck[3:]).max()
-               < 1e-9 for other in impact.uniqueness.others)  # fmt: skip

@@ -81,16 +81,6 @@ def test_losses_follow_two_stiffnesses_and_units_do_not_matter():
     assert 1e3 * other.v_after == pytest.approx(impact.v_after, abs=1e-10)
 
 
-@pytest.mark.parametrize("e", [0.0, 0.02, 0.5, 0.9])
-def test_each_contact_regains_its_share_of_work(e):
-    """Contacts that do not feel each other are Newton's."""
-    v = np.array([-1.0, -2.0])
-    impact = solved_rows(along_normals(np.eye(2)), v, e, law=LZB, stiffness=[1.0, 5.0])
-    assert impact.v_after == pytest.approx(-e * v, abs=1e-10)
-    works = [contact.work for contact in impact.contacts]
-    assert works == pytest.approx(-0.5 * v**2 * (1 - e * e), abs=1e-12)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_several_that_rub_are_as_integrated(seed):
     """Slip that creeps past zero and starts again is among them."""

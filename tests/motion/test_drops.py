@@ -62,18 +62,6 @@ def test_a_thrown_box_comes_to_rest(kind, seed):
     check_drop(kind, seed)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "seed"),
-    [
-        *(("planes", seed) for seed in range(30)),
-        *(("collision", seed) for seed in range(12)),
-    ],
-)
-def test_thrown_boxes_come_to_rest(kind, seed):
-    check_drop(kind, seed)
-
-
 def sliding(friction, velocity, duration, **changes):
     """A box that slides on its four lower corners."""
     box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
@@ -82,26 +70,6 @@ def sliding(friction, velocity, duration, **changes):
     v = box.velocity(root_joint=velocity)
     scene = ik.Scene(box, contacts=contacts)
     return ik.simulate(scene, q, v, duration=duration, samples=41, **changes)
-
-
-@pytest.mark.slow
-def test_it_does_not_matter_which_of_two_bodies_is_named_first():
-    scene, q, v = thrown("collision", 1)
-    other, _, _ = thrown("the other way round", 1)
-    motion = ik.simulate(scene, q, v, duration=1.5)
-    swapped = ik.simulate(other, q, v, duration=1.5)
-    np.testing.assert_allclose(swapped.q, motion.q, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(swapped.v[-1], 0.0, atol=1e-10)
-
-
-def test_a_box_that_does_not_spin_slides_as_a_point_would():
-    motion = sliding(0.3, [1.2, -0.5, 0, 0, 0, 0], 0.6)
-    way = np.array([1.2, -0.5]) / 1.3
-    speed = np.maximum(1.3 - 0.3 * GRAVITY * motion.t, 0.0)
-    np.testing.assert_allclose(motion.v[:, :2], speed[:, None] * way, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(motion.v[:, 2:], 0.0, atol=1e-8)
-    far = (1.3**2 - speed**2) / (2 * 0.3 * GRAVITY)
-    np.testing.assert_allclose(motion.q[:, :2], far[:, None] * way, rtol=0, atol=1e-8)
 
 
 def test_a_box_that_slides_and_spins_shares_its_load_as_equal_springs_do():

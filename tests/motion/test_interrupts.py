@@ -142,19 +142,6 @@ def test_the_command_writes_what_was_computed_and_fails(tmp_path):
     assert motion.duration > 0.0
 
 
-def test_limits_name_their_settings():
-    scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00", restitution=1.0)])
-    motion = ik.simulate(scene, [1.0], [0.0], duration=9.0, max_impacts=3)
-    assert motion.status is ik.MotionStatus.EVENT_STORM
-    assert "max_impacts" in motion.status.value
-    assert motion.detail == "max_impacts is 3"
-    assert len(motion.impacts) == 3
-    motion = ik.simulate(scene, [1.0], [0.0], duration=9.0, max_steps=2)
-    assert motion.status is ik.MotionStatus.TOO_MANY_STEPS
-    assert "max_steps" in motion.status.value
-    assert motion.detail == "max_steps is 2"
-
-
 def test_many_times_at_once():
     motion = ik.simulate(ik.Scene(sliders(2)), [0.0, 1.0], [1.0, 0.0], duration=1.0)
     times = [0.0, 0.25, 1.0]
@@ -175,34 +162,6 @@ def test_many_times_at_once():
     ):
         with pytest.raises(error, match="time"):
             motion.at(bad)
-
-
-NUMBERS = (
-    "duration",
-    "samples",
-    "rtol",
-    "atol",
-    "step",
-    "max_step",
-    "capture_speed",
-    "together",
-    "max_impacts",
-    "max_steps",
-)
-BAD = [True, np.True_, "2", b"2", np.nan, np.inf, -1, 1e300, 10**400, 1j, {}, object(), len]
-
-
-@pytest.mark.parametrize("name", NUMBERS)
-def test_every_setting_refuses_what_is_no_number_of_its_kind(name):
-    for bad in BAD:
-        with pytest.raises((errors.NotFiniteError, errors.RangeError), match=f"motion: {name}"):
-            ik.simulate(ik.Scene(sliders(1)), [0.0], [0.0], **{name: bad})
-
-
-@pytest.mark.parametrize("bad", [None, "", "RK45", b"rk4", 1, True, ["rk4"], {}, len])
-def test_the_method_is_one_of_four(bad):
-    with pytest.raises(errors.RangeError, match="motion: method"):
-        ik.simulate(ik.Scene(sliders(1)), [0.0], [0.0], method=bad)
 
 
 def test_progress_that_fails_is_told():

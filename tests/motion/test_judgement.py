@@ -51,40 +51,6 @@ def planar_scene(seed):
     return scene, robot.neutral(), rng.normal(size=3 * bodies), normals
 
 
-def obeys(normals, before, after, impact):
-    """Whether no contact closes after an impact, and it has made no energy."""
-    mass_matrix = impact.mechanics.mass_matrix
-    energies = [0.5 * v @ mass_matrix @ v for v in (before, after)]
-    closes = (normals @ after).min() < -1e-8 * np.abs(before).max()
-    return not closes and energies[1] <= energies[0] * (1.0 + 1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", range(0, 400, 100))
-def test_a_motion_goes_on_from_an_impact_only_where_its_velocity_obeys_the_law(first):
-    stopped = 0
-    for seed in range(first, first + 100):
-        scene, q, v, normals = planar_scene(seed)
-        if not (normals @ v).min() < 0.0:
-            continue
-        impact = ik.solve(scene, q, v)
-        motion = ik.simulate(scene, q, v, duration=0.0)
-        at_start = motion.impacts[0][1]
-        np.testing.assert_allclose(at_start.v_after, impact.v_after, rtol=0, atol=1e-12)
-        goes_on = impact.is_valid()
-        assert (motion.status is ik.MotionStatus.IMPACT_NOT_VALID) != goes_on
-        if goes_on:
-            assert obeys(normals, v, impact.v_after, impact), seed
-        else:
-            stopped += 1
-            assert impact.status.name in motion.detail
-            np.testing.assert_array_equal(motion.v[-1], v)
-        batch = ik.solve_batch(scene, q, v[None], outputs=("v_after",))
-        if batch.valid[0]:
-            assert obeys(normals, v, batch.v_after[0], impact), seed
-    assert stopped
-
-
 @pytest.fixture(scope="module")
 def rough_floor():
     """The paradox of Kane & Levinson (1985), and how deep its floor lies [m]."""

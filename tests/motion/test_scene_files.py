@@ -1,8 +1,5 @@
 """Forces and [motion] in scene files, and the command that follows them."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -10,7 +7,6 @@ from click.testing import CliRunner
 import impulsekit as ik
 from impulsekit.cli import main
 from impulsekit.scene import MotionSettings
-from impulsekit.scenefile import dump_scene
 
 from .models import MODELS
 
@@ -98,13 +94,6 @@ def test_they_come_back_the_same(tmp_path, text):
     assert read.motion == file.motion
 
 
-def test_functions_have_no_place_in_a_file():
-    robot = ik.Robot.from_urdf(MODELS / "four_bar.urdf")
-    scene = ik.Scene(robot, forces=[ik.Actuator("crank_pin", lambda t, q, v: t)])
-    with pytest.raises(ik.errors.InputError, match="cannot hold"):
-        dump_scene(scene)
-
-
 def test_all_faults_are_told_with_their_places(tmp_path):
     text = SPRINGS.replace("stiffness = 3", "stifness = 3").replace("rest = 0.5", "rest = true")
     text += '[motion]\nduration = -1\nmethod = "eule"\nsample = 3\n'
@@ -142,21 +131,6 @@ def test_the_command_says_why_it_stopped(tmp_path):
     result = CliRunner().invoke(main, ["simulate", str(path), "-t", "-1"])
     assert result.exit_code == 2
     assert "duration" in result.stderr
-
-
-@pytest.mark.slow
-def test_the_bar_is_silent_in_a_pipe(tmp_path):
-    path = written(tmp_path, FILE.replace("duration = 2.0", "duration = 60.0"))
-    done = subprocess.run(
-        [sys.executable, "-c", "from impulsekit.cli import main; main()", "simulate", str(path)],
-        # Where a part of the compiled code is on disk the rest is compiled, which a line says.
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0
-    assert done.stderr == ""
-    assert "at rest" in done.stdout
 
 
 def test_on_a_terminal_there_is_a_bar(monkeypatch):

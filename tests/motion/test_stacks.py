@@ -164,28 +164,3 @@ def check_meeting(seed):
 
 def test_bodies_that_meet_keep_their_momentum():
     assert sum(check_meeting(seed) for seed in range(6)) >= 3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6, 30))
-def test_more_bodies_that_meet_keep_their_momentum(seed):
-    check_meeting(seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
-def test_boxes_dropped_edge_first_on_a_box(seed):
-    scene, q, v = crossed(seed)
-    check(ik.simulate(scene, q, v, duration=1.0, samples=401))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
-def test_pairs_come_to_rest(seed):
-    comes_to_rest(2, seed, *np.random.default_rng(seed + 1000).uniform([0.1, 0], [0.8, 0.25]))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-def test_pairs_without_friction_lie_on_each_other(seed):
-    comes_to_rest(2, seed, 0.0, 0.1)

@@ -19,13 +19,12 @@ LAWS = {
 CORNERS = np.array([(x, y, z) for x in (-0.15, 0.15) for y in (-0.1, 0.1) for z in (-0.05, 0.05)])
 
 
-def dropped(law, seed, place=None):
+def dropped(law, seed, place):
     """The motion of a box that is dropped, and the heights of its corners at the end [m].
 
     ``place``: where the floor lies; its third axis is up.
     """
     rng = np.random.default_rng(seed)
-    place = pin.SE3.Identity() if place is None else place
     up = place.rotation[:, 2]
     given = {"restitution": rng.uniform(0, 0.6), "friction": rng.uniform(0.05, 0.9)}
     given |= {"stiffness": 1.0} if law == "lzb" else {}
@@ -43,34 +42,18 @@ def dropped(law, seed, place=None):
     return motion, np.array([there.act(corner)[2] for corner in CORNERS])
 
 
-def check(law, seed, place=None):
-    motion, heights = dropped(law, seed, place)
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["newton in sequence", "poisson", "lzb"])
+def test_a_box_that_tumbles_on_a_floor_somewhere_comes_to_lie_on_a_face(law):
+    rng = np.random.default_rng(102)
+    turned = pin.rpy.rpyToMatrix(*rng.uniform(-3, 3, 3))
+    motion, heights = dropped(law, 102, pin.SE3(turned, rng.uniform(-100, 100, 3)))
     assert motion.status.finished, motion.detail
     assert all(impact.status.obeys_law for _, impact in motion.impacts)
     assert np.abs(motion.v[-1]).max() < 1e-8
     # It lies on one of its faces.
     lowest = np.sort(heights)[:4]
     assert np.abs(lowest).max() < 1e-7
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", ["newton in sequence", "stronge along the path, in sequence"])
-def test_a_box_that_tumbles_comes_to_lie_on_a_face(law):
-    check(law, 0)
-
-
-STOPS = "an impact of this motion is NOT_CONVERGED"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("seed", range(100, 103))
-def test_a_box_that_tumbles_on_a_floor_somewhere_comes_to_lie_on_a_face(law, seed):
-    if law == "lzb" and seed in (100, 101):
-        pytest.xfail(STOPS)
-    rng = np.random.default_rng(seed)
-    turned = pin.rpy.rpyToMatrix(*rng.uniform(-3, 3, 3))
-    check(law, seed, pin.SE3(turned, rng.uniform(-100, 100, 3)))
 
 
 ROUND = """<robot name="b"><link name="b"><inertial><mass value="1"/><inertia ixx="{across}"
@@ -92,14 +75,12 @@ def round_body(shape):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("shape", ["cylinder", "capsule"])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(
+    ("law", "shape", "seed"),
+    [("newton", "capsule", 1), ("stronge along the path, in sequence", "cylinder", 0),
+     ("lzb", "cylinder", 0)],
+)  # fmt: skip
 def test_round_bodies_that_tumble_are_followed_to_the_end(law, shape, seed):
-    if (law, shape) == ("lzb", "capsule"):
-        pytest.skip("its pieces touch at points 1e-10 m apart, which take lzb too many steps")
-    if (law, shape, seed) in (("lzb", "cylinder", 1), ("poisson", "capsule", 1)):
-        pytest.xfail(STOPS)
     rng = np.random.default_rng(seed)
     given = {"restitution": rng.uniform(0, 0.6), "friction": rng.uniform(0.05, 0.9)}
     given |= {"stiffness": 1.0} if law == "lzb" else {}

@@ -8,7 +8,7 @@ import pytest
 
 import impulsekit as ik
 
-from ..models import MODELS, sliders
+from ..models import MODELS
 
 LOOP = ik.PointAnchor("coupler", "rocker", at=[0.5, 0, 0], other_at=[0, 0.5, 0])
 
@@ -54,16 +54,6 @@ def test_a_crank_driven_at_a_speed_keeps_it():
     np.testing.assert_allclose(motion.q[:, 0], 2.0 * motion.t, atol=1e-9)
     np.testing.assert_allclose(motion.v[:, 0], 2.0, atol=1e-9)
     assert gaps(motion, motion.t).max() < 1e-9
-
-
-def test_a_gear_keeps_its_ratio():
-    robot = sliders(2)
-    gear = ik.JointCoupling("z01", "z00", ratio=-2.0)
-    motion = ik.simulate(ik.Scene(robot, constraints=[gear]), [0.3, 0.1], [0, 0], duration=2.0)
-    np.testing.assert_allclose(motion.q[:, 1] - 0.1, -2.0 * (motion.q[:, 0] - 0.3), atol=1e-12)
-    # (m0 + 4 m1) z0'' = -(m0 - 2 m1) g
-    rate = -9.81 * (1.0 - 2.2) / (1.0 + 4.4)
-    assert motion.q[-1, 0] == pytest.approx(0.3 + 2.0 * rate, abs=1e-9)
 
 
 def two_bodies():
@@ -114,37 +104,6 @@ def test_what_holds_keeps_energy_and_its_own_coordinates(constraint):
             off = between.translation - along * (along @ between.translation)
             seen.append(np.r_[off, between.rotation.ravel()])
     assert np.ptp(np.array(seen), axis=0).max() < 1e-9
-
-
-def test_a_carried_point_moves_evenly():
-    world, q, v = two_bodies()
-    belt = ik.PointAnchor("b/box", other_at=[0, 0, 0], velocity=[0.5, 0, 0])
-    scene = ik.Scene(world, constraints=[belt], gravity=[0, 0, 0])
-    motion = ik.simulate(scene, q, v, duration=2.0, samples=21)
-    data = world.model.createData()
-    seen = []
-    for state in motion.q:
-        pin.framesForwardKinematics(world.model, data, state)
-        seen.append(place(world, data, "b/box"))
-    way = np.array(seen) - seen[0]
-    np.testing.assert_allclose(way, np.outer(motion.t, [0.5, 0, 0]), atol=1e-9)
-
-
-@pytest.mark.slow
-def test_redundant_loops_are_no_obstacle():
-    again = ik.PointAnchor("coupler", "rocker", at=[0.5, 0, 0], other_at=[0, 0.5, 0])
-    blow = ik.AppliedImpulse("crank", linear=[0.5, 0, 0], at=[0, 0.2, 0])
-    robot = ik.Robot.from_urdf(MODELS / "four_bar.urdf")
-    one, two = (
-        ik.simulate(
-            four_bar(constraints=held, impulses=[blow]),
-            robot.neutral(),
-            robot.velocity(),
-            duration=1.0,
-        )
-        for held in ([LOOP], [LOOP, again])
-    )
-    np.testing.assert_allclose(two.q, one.q, atol=1e-8)
 
 
 def test_a_loop_meets_a_stop_and_stays_closed():

@@ -58,17 +58,6 @@ def test_a_grazing_contact(clearance, count):
         assert time == pytest.approx((3.0 - speed) / GRAVITY, abs=1e-9)
 
 
-def test_a_bullet_does_not_pass_a_plane():
-    robot = sliders(1, "1 0 0")
-    plate = ik.Contact("b00", normal=[-1, 0, 0], origin=[37.123, 0, 0], restitution=0.25)
-    scene = ik.Scene(robot, contacts=[plate], gravity=[0, 0, 0])
-    motion = ik.simulate(scene, [0], [1000.0], duration=1.0)
-    ((time, _),) = motion.impacts
-    assert time == pytest.approx(0.037123, abs=1e-12)
-    assert motion.v[-1, 0] == pytest.approx(-250.0, rel=1e-12)
-    assert motion.q.max() <= 37.123
-
-
 def test_a_bullet_does_not_pass_a_thin_plate():
     bullet = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
     world = ik.combine(plate=ik.Robot.from_urdf(THIN_PLATE), bullet=bullet)
@@ -81,40 +70,6 @@ def test_a_bullet_does_not_pass_a_thin_plate():
     radius = 0.05
     assert time == pytest.approx((40.0 - 0.0005 - radius) / 1000.0, abs=1e-9)
     assert motion.v[-1, 0] == pytest.approx(-500.0, rel=1e-9)
-
-
-def test_a_moving_plane_is_met_where_it_is():
-    robot = sliders(2)
-    contact = ik.Contact("b01", against="b00", normal=[0, 0, 1], restitution=1.0)
-    scene = ik.Scene(robot, contacts=[contact], gravity=[0, 0, 0])
-    motion = ik.simulate(scene, [0, 1.0], [1.0, -1.0], duration=1.0)
-    ((time, impact),) = motion.impacts
-    assert time == pytest.approx(0.5, abs=1e-12)
-    masses = np.array([1.0, 1.1])
-    mean = masses @ [1.0, -1.0] / masses.sum()
-    np.testing.assert_allclose(impact.v_after, 2 * mean - np.array([1.0, -1.0]), rtol=1e-12)
-
-
-def test_a_joint_meets_both_of_its_stops():
-    robot = sliders(1, "1 0 0")
-    stop = ik.JointStop("z00", lower=-1.0, upper=2.0, restitution=1.0)
-    scene = ik.Scene(robot, contacts=[stop], gravity=[0, 0, 0])
-    motion = ik.simulate(scene, [0.0], [1.0], duration=9.0, samples=181)
-    np.testing.assert_allclose([t for t, _ in motion.impacts], [2.0, 5.0, 8.0], atol=1e-9)
-    assert motion.q.max() <= 2.0 + 1e-12
-    assert motion.q.min() >= -1.0 - 1e-12
-
-
-def test_impulses_strike_once_and_at_the_start():
-    thing = particle(mass=2.0)
-    blow = ik.AppliedImpulse("z", linear=[3.0, 0, 0])
-    floor = ik.Contact("z", restitution=0.5)
-    scene = ik.Scene(thing, impulses=[blow], contacts=[floor])
-    motion = ik.simulate(scene, [0, 0, 1.0], [0, 0, 0], duration=1.0)
-    assert motion.impacts[0][0] == 0.0
-    assert not motion.impacts[0][1].contacts[0].touching
-    np.testing.assert_allclose(motion.v[:, 0], 1.5, rtol=1e-12)
-    assert len(motion.impacts) == 3
 
 
 def test_the_answer_does_not_hang_on_tolerances_or_samples():

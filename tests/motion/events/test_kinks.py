@@ -31,16 +31,6 @@ def test_contact_with_a_compliant_stop_lasts_as_long_as_it_should():
     np.testing.assert_allclose(motion.energy().total, m * g * height, rtol=1e-10)
 
 
-def test_a_dead_band_lengthens_the_period():
-    robot, k, half, speed = sliders(1), 400.0, 0.1, 1.5
-    sides = ((half, "above"), (-half, "below"))
-    springs = [ik.JointSpring("z00", stiffness=k, rest=rest, acts=acts) for rest, acts in sides]
-    scene = ik.Scene(robot, forces=springs, gravity=NOWHERE)
-    period = 4.0 * half / speed + 2.0 * np.pi / np.sqrt(k / robot.mass)
-    motion = ik.simulate(scene, [0.0], [speed], duration=5 * period, rtol=1e-12, atol=1e-14)
-    np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], [0.0, speed], atol=1e-11)
-
-
 def test_a_bumper_is_not_flown_past_between_two_looks():
     # 4 m of free flight, of which 2 mm pass by a bumper that reaches 1 mm.
     robot, k, reach, aside = particle(mass=2.0), 2e9, 1e-3, 1e-4
@@ -64,36 +54,6 @@ def test_a_bumper_is_not_flown_past_between_two_looks():
     assert abs(motion.v[-1, 1]) > 0.1
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_dampers_that_outweigh_their_springs_and_cease_to(seed):
-    # Against small steps over the same law, written out.
-    rng = np.random.default_rng(seed)
-    robot, pull, omega = sliders(1), 8.0, 7.0
-    given = [
-        (rng.choice([0.0, 100.0]), rng.choice([3.0, 60.0]), rng.choice([0.0, 0.05]), side)
-        for side in (1.0, -1.0, 1.0)
-    ]
-    springs = [
-        ik.JointSpring("z00", k, c, rest, acts="above" if side > 0.0 else "below")
-        for k, c, rest, side in given
-    ]
-    drawn = ik.AppliedForce("b00", linear=lambda t: [0.0, 0.0, pull * np.cos(omega * t)])
-    scene = ik.Scene(robot, forces=[*springs, drawn], gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.1], [-1.0], duration=1.0)
-
-    def rates(t, y):
-        force = pull * np.cos(omega * t)
-        for k, c, rest, side in given:
-            zone = side * (y[0] - rest)
-            push = k * zone + c * side * y[1]
-            if zone > 0.0 and push > 0.0:
-                force -= side * push
-        return [y[1], force / robot.mass]
-
-    truth = solve_ivp(rates, (0, 1), [0.1, -1.0], "DOP853", max_step=2e-3, rtol=1e-10, atol=1e-12)
-    np.testing.assert_allclose(motion.q[-1, 0], truth.y[0, -1], atol=1e-7)
-
-
 def test_a_joint_without_end_leaves_its_spring_on_both_sides():
     text = ik.models.pendulum_urdf(1).replace('type="revolute"', 'type="continuous"')
     robot = ik.Robot.from_urdf(text)
@@ -112,26 +72,6 @@ def test_a_joint_without_end_leaves_its_spring_on_both_sides():
     turned = np.arctan2(motion.q[-1, 1], motion.q[-1, 0])
     np.testing.assert_allclose(motion.v[-1, 0], slower, rtol=1e-9)
     np.testing.assert_allclose(turned, np.pi + 0.2 * slower - 2.0 * np.pi, rtol=1e-8)
-
-
-def test_springs_act_on_what_rests_and_slides():
-    # A block is pressed on the ground by a bumper above it while it slides: µ (m g + k s).
-    robot, k, mu, g = particle(mass=2.0), 30.0, 0.3, 9.81
-    floor = ik.Contact("z", friction=mu)
-    push = ik.Spring("z", other_at=[0, 0, -1.0], stiffness=k, rest_length=1.2, acts="pull")
-    scene = ik.Scene(robot, contacts=[floor], forces=[push], gravity=[0, 0, -g])
-    q, v = robot.configuration(along_x=-1.5), robot.velocity(along_x=4.0)
-    motion = ik.simulate(scene, q, v, duration=0.6)
-
-    def rates(t, y):
-        length = np.hypot(y[0], 1.0)
-        pull = k * max(length - 1.2, 0.0) / length
-        load = 2.0 * g + pull
-        return [y[1], (-pull * y[0] - mu * load * np.sign(y[1])) / 2.0]
-
-    truth = solve_ivp(rates, (0, 0.6), [-1.5, 4.0], "DOP853", max_step=1e-3, rtol=1e-10)
-    assert motion.status.finished and truth.y[1].min() > 0.1
-    np.testing.assert_allclose(motion.q[-1, 0], truth.y[0, -1], atol=1e-7)
 
 
 def test_what_comes_to_rest_at_a_kink_rests_there():

@@ -4,12 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit import errors
-from impulsekit.cli import main
-from impulsekit.scene import MotionSettings
 
 from ..models import GRAVITY, MODELS, sliders
 
@@ -52,19 +48,6 @@ def test_no_pulse_is_stepped_over(ball, seed, method):
         assert motion.v[-1, 1] == pytest.approx(integral(duration) / mass, rel=1e-4, abs=1e-9)
 
 
-def test_a_short_torque_of_a_motor_is_felt_beside_a_steady_one():
-    robot = sliders(2)
-    force, integral = pulse(3.3, 0.02)
-    scene = ik.Scene(
-        robot,
-        forces=[ik.Actuator("z00", lambda t, q, v: force(t)), ik.Actuator("z01", 5.0)],
-        gravity=[0, 0, 0],
-    )
-    motion = ik.simulate(scene, [0, 0], [0, 0], duration=10.0)
-    assert motion.v[-1, 0] == pytest.approx(integral(10.0), rel=1e-8)
-    assert motion.v[-1, 1] == pytest.approx(50.0 / 1.1, rel=1e-12)
-
-
 def test_a_pulse_lifts_what_rests():
     robot = sliders(1)
     force, _ = pulse(5.0, 0.01, momentum=3.0)
@@ -101,19 +84,6 @@ def test_a_force_that_jumps_at_a_stop_time_is_exact(ball, method, after):
         assert motion.q[-1, 0] == pytest.approx(6.0 / ball.mass, rel=1e-9)
 
 
-def test_stop_times_are_met_while_a_body_rests_and_turns():
-    solo = ik.Robot.from_example("solo12", root="freeflyer")
-    times = [0.01, 0.02, 1.0 / 30.0]
-    motion = ik.simulate(
-        ik.Scene(solo), solo.neutral(), np.full(solo.nv, 0.3), duration=0.05, stop_times=times
-    )
-    assert set(times) <= set(motion.step_times.tolist())
-    scene = ik.Scene(sliders(1), contacts=[ik.Contact("b00")])
-    motion = ik.simulate(scene, [0.0], [0.0], duration=0.05, stop_times=times)
-    assert motion.status.finished
-    assert set(times) <= set(motion.step_times.tolist())
-
-
 @pytest.mark.parametrize("method", ["dop853", "radau", "rk4"])
 def test_no_step_is_longer_than_the_longest(ball, method):
     scene = ik.Scene(ball, gravity=[0, 0, 0])
@@ -131,38 +101,3 @@ def test_a_pulse_too_short_to_be_looked_for_is_met_at_stop_times(ball):
     times = 0.7 + 1e-5 * np.arange(-8, 9)
     motion = ik.simulate(scene, ball.neutral(), ball.velocity(), duration=1.0, stop_times=times)
     assert motion.v[-1, 0] == pytest.approx(integral(1.0) / ball.mass, rel=1e-8)
-
-
-def test_scene_files_and_the_command_have_them(ball, tmp_path):
-    path = tmp_path / "scene.toml"
-    settings = MotionSettings(duration=0.1, max_step=0.01, stop_times=[0.05, 0.02])
-    ik.save_scene(path, ik.Scene(ball), ball.neutral(), ball.velocity(), motion=settings)
-    assert ik.load_scene(path).motion == settings
-    assert settings.stop_times == (0.02, 0.05)
-    file = str(tmp_path / "motion.npz")
-    options = ["--max-step", "0.004", "--stop-time", "0.031", "--stop-time", "0.033"]
-    result = CliRunner().invoke(main, ["simulate", str(path), "-o", file, *options])
-    assert result.exit_code == 0, result.output
-    times = ik.Trajectory.load(file).step_times
-    assert {0.031, 0.033} <= set(times.tolist())
-    assert np.diff(times).max() <= 0.004 * (1.0 + 1e-12)
-
-
-@pytest.mark.parametrize(
-    ("given", "error"),
-    [
-        ({"max_step": 0.0}, errors.RangeError),
-        ({"max_step": -1.0}, errors.RangeError),
-        ({"max_step": "0.1"}, errors.NotFiniteError),
-        ({"stop_times": 0.5}, errors.InputError),
-        ({"stop_times": "0.5"}, errors.InputError),
-        ({"stop_times": [0.1, None]}, errors.NotFiniteError),
-        ({"stop_times": [np.nan]}, errors.NotFiniteError),
-        ({"stop_times": [-0.1]}, errors.RangeError),
-        ({"stop_times": [[0.1]]}, errors.NotFiniteError),
-    ],
-)
-def test_what_is_wrong_with_them_is_told(given, error):
-    (name,) = given
-    with pytest.raises(error, match=f"motion: {name}"):
-        MotionSettings(**given)

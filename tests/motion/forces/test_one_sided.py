@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit import errors
-from impulsekit.scenefile import dump_scene
-from impulsekit.scenefile.read import read_scene
 
-from ..models import MODELS, particle, sliders
+from ..models import particle, sliders
 
 NOWHERE = [0, 0, 0]
 
@@ -79,22 +76,6 @@ def test_a_table_of_torques_is_followed_to_its_corners():
     np.testing.assert_allclose(momentum, [0.0, 0.004, 1.004, 3.004], atol=1e-12)
 
 
-def test_scene_files_hold_tables_and_sides():
-    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(1))
-    scene = ik.Scene(
-        robot,
-        forces=[
-            ik.Actuator("joint_1", ik.TorqueTable([0.0, 1.0], [0.0, 2.0])),
-            ik.JointSpring("joint_1", 5.0, rest=0.3, acts="above"),
-            ik.Spring("link_1", at=[0, 0, -1], stiffness=2.0, rest_length=1.0, acts="pull"),
-        ],
-    )
-    text = dump_scene(scene)
-    assert read_scene(text, "text").scene.forces == scene.forces
-    with pytest.raises(errors.SceneFileError, match="acts"):
-        read_scene(text.replace('"pull"', '"pulls"'), "text")
-
-
 def test_the_damping_of_joints_is_there_on_request():
     panda = ik.Robot.from_example("panda")
     assert ik.Scene.of_robot(panda).forces == ()
@@ -112,21 +93,3 @@ def test_the_damping_of_joints_is_there_on_request():
     (link,) = [link for link in robot.links if link.mass > 0]
     inertia = link.inertia_in_joint_axes[1, 1] + link.mass * link.com_in_joint @ link.com_in_joint
     np.testing.assert_allclose(motion.v[:, 0], 2.0 * np.exp(-0.7 * motion.t / inertia), rtol=1e-9)
-
-
-def test_what_is_wrong_is_told():
-    for make, kind in (
-        (lambda: ik.JointSpring("z00", 1.0, acts="pull"), errors.RangeError),
-        (lambda: ik.Spring("z", acts="above"), errors.RangeError),
-        (lambda: ik.Spring("z", acts=None), errors.RangeError),
-        (lambda: ik.TorqueTable([], []), errors.ShapeError),
-        (lambda: ik.TorqueTable([0.0, 1.0], [1.0]), errors.ShapeError),
-        (lambda: ik.TorqueTable([1.0, 1.0], [1.0, 2.0]), errors.RangeError),
-        (lambda: ik.TorqueTable(3.0, [1.0]), errors.InputError),
-        (lambda: ik.TorqueTable([0.0], [float("nan")]), errors.NotFiniteError),
-    ):
-        with pytest.raises(kind):
-            make()
-    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
-    with pytest.raises(errors.InputError, match="TorqueTable"):
-        ik.Scene(ball, forces=[ik.Actuator("root_joint", ik.TorqueTable([0.0], [1.0]))])

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import pickle
-
 import numpy as np
 import pinocchio as pin
-import pytest
 
 import impulsekit as ik
-from impulsekit.errors import InputError, RangeError, UnknownNameError
 
 BALL = "models/ball.urdf"
 G = 9.81
@@ -19,26 +15,6 @@ def ball_at(place, velocity=(0, 0, 0, 0, 0, 0)):
     ball = ik.Robot.from_urdf(BALL, root="freeflyer")
     q = ball.configuration(root_joint=[*place, 0, 0, 0, 1])
     return ball, q, ball.velocity(root_joint=velocity)
-
-
-def test_a_rope_jerks_taut_as_in_closed_form():
-    """A ball falls beside its hook: the time, and e of the speed along the rope."""
-    ball, q, v = ball_at([0.3, 0, 0])
-    e, length = 0.5, 1.0
-    rope = ik.Rope("ball", length=length, restitution=e, name="rope")
-    motion = ik.simulate(ik.Scene(ball, contacts=[rope]), q, v, duration=0.6)
-    depth = np.sqrt(length**2 - 0.3**2)
-    time, impact = motion.impacts[0]
-    assert time == pytest.approx(np.sqrt(2 * depth / G), abs=1e-13)
-    way = np.array([0.3, 0, -depth])
-    speed = np.sqrt(2 * G * depth) * depth
-    np.testing.assert_allclose(impact.v_after[:3] @ way, -e * speed, atol=1e-13)
-    mass = ball.model.inertias[1].mass
-    np.testing.assert_allclose(
-        impact.contacts["rope"].impulse, -(1 + e) * mass * speed * way, atol=1e-13
-    )
-    assert impact.contacts["rope"].gap == pytest.approx(0.0, abs=1e-12)
-    assert ik.check(impact).agrees
 
 
 def test_a_ball_swings_on_a_taut_rope_as_a_pendulum():
@@ -64,14 +40,6 @@ def test_a_ball_swings_on_a_taut_rope_as_a_pendulum():
     angle, rate = swing.at(0.5)[0][0], swing.at(0.5)[1][0]
     expected = mass * (G * np.cos(angle) + length * rate**2)
     np.testing.assert_allclose(np.linalg.norm(pull), expected, rtol=1e-8)
-
-
-def test_a_slack_rope_does_nothing_and_a_taut_one_lets_go():
-    """Thrown up on its rope, a ball flies its parabola until the rope is taut again."""
-    ball, q, v = ball_at([0, 0, -1.0], (0, 0, 3.0, 0, 0, 0))
-    motion = ik.simulate(ik.Scene(ball, contacts=[ik.Rope("ball", length=1.0)]), q, v, duration=0.5)
-    assert not motion.impacts
-    np.testing.assert_allclose(motion.q[-1][2], -1 + 3 * 0.5 - 0.5 * G * 0.25, atol=1e-12)
 
 
 def two_rods():
@@ -148,49 +116,3 @@ def test_a_rod_shares_a_blow_as_by_hand():
     after = ik.solve(kept, q, v).v_after
     way = np.array([1, 1, 0]) / np.sqrt(2)
     np.testing.assert_allclose((after[6:9] - after[:3]) @ way, 0.2 / np.sqrt(2), atol=1e-14)
-
-
-def test_batches_and_files_take_them(tmp_path):
-    robot = two_rods()
-    scene = ik.Scene(
-        robot,
-        [ik.AppliedImpulse("a/ball", linear=[1, 0, 0])],
-        [ik.DistanceAnchor("a/ball", "b/ball", at=[0, 0, 0.01])],
-        [ik.Rope("b/ball", length=2.0, restitution=0.25, name="rope")],
-    )
-    assert pickle.loads(pickle.dumps(scene)).contacts == scene.contacts
-    scene_q = robot.configuration(**{"b/root_joint": [0, 2.0, 0, 0, 0, 0, 1]})
-    states = np.stack([scene_q, scene_q])
-    speeds = np.stack([robot.velocity(), robot.velocity(**{"b/root_joint": [0, 1, 0, 0, 0, 0]})])
-    batch = ik.solve_batch(scene, states, speeds)
-    for row, (q, v) in enumerate(zip(states, speeds, strict=True)):
-        np.testing.assert_allclose(batch.v_after[row], ik.solve(scene, q, v).v_after, atol=1e-13)
-    path = tmp_path / "scene.toml"
-    single = ik.Robot.from_urdf(BALL, root="freeflyer")
-    ik.save_scene(
-        path,
-        ik.Scene(
-            single,
-            contacts=[ik.Rope("ball", length=0.5)],
-            constraints=[ik.DistanceAnchor("ball", other_at=[0, 0, 1])],
-        ),
-        single.neutral(),
-        single.velocity(),
-    )
-    text = path.read_text()
-    assert 'kind = "rope"' in text and 'kind = "distance_anchor"' in text
-    read = ik.load_scene(path)
-    assert read.scene.contacts[0].length == 0.5
-
-
-def test_what_is_refused():
-    ball, q, v = ball_at([0, 0, 0])
-    with pytest.raises(RangeError, match="length must be above 0 m"):
-        ik.Rope("ball", length=0.0)
-    with pytest.raises(InputError, match="keep their distance anyway"):
-        ik.DistanceAnchor("ball", "ball")
-    with pytest.raises(UnknownNameError):
-        ik.Scene(ball, constraints=[ik.DistanceAnchor("bal")])
-    scene = ik.Scene(ball, constraints=[ik.DistanceAnchor("ball")])
-    with pytest.raises(InputError, match="no line joins them"):
-        ik.solve(scene, q, v)

@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 
 import impulsekit as ik
 from benchmarks.urdf import joint_text, link_text, one_body, robot_text
-from impulsekit.errors import InputError, SolveError, UnknownNameError
 
 G = 9.81
 
@@ -239,22 +238,3 @@ def test_any_plane():
         sagittal.velocity(),
     )
     assert ik.check(impact).agrees
-
-
-def test_what_is_refused():
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5, name="floor")])
-
-    def start(x):
-        return ball.neutral(), ball.velocity(root_joint=[0, 0, x[0], 0, 0, 0])
-
-    with pytest.raises(UnknownNameError, match="floor"):
-        ik.find_orbit(scene, [1.0], start=start, back=lambda q, v: [v[2]], contact="flor")
-    with pytest.raises(InputError, match=r"no impact of floor within 0\.01 s"):
-        ik.find_orbit(
-            scene, [1.0], start=start, back=lambda q, v: [v[2]], contact="floor", duration=0.01
-        )
-    with pytest.raises(SolveError, match="leads nearer"):
-        ik.find_orbit(scene, [1.0], start=start, back=lambda q, v: [2 * v[2] + 1], contact="floor")
-    with pytest.raises(InputError, match="right angles"):
-        ik.models.planar_root([1, 0, 0], [1, 0, 1])

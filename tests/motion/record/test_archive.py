@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import os
 import pickle
 import zipfile
@@ -101,12 +100,6 @@ def test_what_no_file_can_hold_is_given_to_load(scene, tmp_path):
     np.testing.assert_allclose(again.q, motion.q, atol=1e-13)
 
 
-def test_the_scene_of_another_robot_is_told(motion, tmp_path):
-    motion.save(tmp_path / "m.npz")
-    with pytest.raises(errors.InputError, match="for this robot"):
-        ik.Trajectory.load(tmp_path / "m.npz", scene=ik.Scene(sliders(1)))
-
-
 class _Bomb:
     def __reduce__(self):
         return os.mkdir, (os.environ["BOMB"],)
@@ -126,41 +119,6 @@ def test_no_pickle_is_opened(motion, tmp_path, monkeypatch):
     with pytest.raises(errors.InputError, match="it is no npz file"):
         ik.Trajectory.load(tmp_path / "p.npz")
     assert not (tmp_path / "exploded").exists()
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"record": None}, "'record' is missing"),
-        ({"record": np.frombuffer(b"[1]", dtype=np.uint8)}, "no table"),
-        ({"record": np.frombuffer(b"\xff", dtype=np.uint8)}, "no trajectory"),
-        ({"record": np.zeros(3)}, "no array of bytes"),
-        (
-            {"scene": np.frombuffer(b"[robot]\nurdf = 3", dtype=np.uint8)},
-            "urdf must be text, got 3",
-        ),
-        ({"t": np.full(7, np.nan)}, "not finite"),
-        ({"t": np.zeros(0)}, '"t" holds float64'),
-        ({"path_shape": np.zeros((1, 8, 3))}, '"path_shape"'),
-        ({"numbers": np.zeros(2)}, "numbers of an impact are missing"),
-    ],
-)
-def test_a_damaged_file_is_told(motion, tmp_path, changes, words):
-    motion.save(tmp_path / "m.npz")
-    with pytest.raises(errors.InputError, match=words):
-        ik.Trajectory.load(rewritten(tmp_path / "m.npz", **changes))
-
-
-def test_indices_out_of_range_are_told(motion, tmp_path):
-    path = tmp_path / "m.npz"
-    motion.save(path)
-    record = json.loads(bytes(np.load(path)["record"]))
-    touch = next(e["touches"] for e in record["impacts"] if e.get("touches"))[0]
-    touch["frame_ids"] = [10**6, 0]
-    with pytest.raises(errors.InputError, match="an index of an impact is 1000000"):
-        ik.Trajectory.load(
-            rewritten(path, record=np.frombuffer(json.dumps(record).encode(), dtype=np.uint8))
-        )
 
 
 def test_any_byte_may_be_wrong(motion, tmp_path):

@@ -42,15 +42,6 @@ def test_any_time_may_be_asked_for(motion):
             motion.at(outside)
 
 
-def test_samples_may_be_given_as_times():
-    times = [0.0, 0.1, 0.7]
-    thing = particle()
-    motion = ik.simulate(ik.Scene(thing), [0, 0, 0], [1, 0, 0], duration=1.0, samples=times)
-    np.testing.assert_array_equal(motion.t, times)
-    with pytest.raises(errors.RangeError, match="samples"):
-        ik.simulate(ik.Scene(thing), [0, 0, 0], [1, 0, 0], duration=1.0, samples=[0.5, 0.1])
-
-
 def test_histories(motion):
     energy, momentum = motion.energy(), motion.momentum()
     assert energy.total.shape == (51,)
@@ -84,16 +75,6 @@ def test_it_pickles(motion):
     assert repr(again) == repr(motion)
 
 
-def test_what_is_no_trajectory_is_told(tmp_path, motion):
-    path = tmp_path / "other.npz"
-    np.savez(path, a=np.zeros(3))
-    with pytest.raises(errors.InputError, match="no trajectory"):
-        ik.Trajectory.load(path)
-    path.write_text("nothing")
-    with pytest.raises(errors.InputError, match="no trajectory"):
-        ik.Trajectory.load(path)
-
-
 def test_xarray_or_a_clear_word(motion, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "xarray", None)
@@ -104,50 +85,6 @@ def test_xarray_or_a_clear_word(motion, monkeypatch):
     assert data.q.dims == ("time", "coordinate")
     assert data.kinetic_energy.attrs["units"] == "J"
     np.testing.assert_array_equal(data.v.values, motion.v)
-
-
-def test_a_duration_of_zero_is_the_state_after_the_impulses():
-    thing = particle(2.0)
-    scene = ik.Scene(thing, impulses=[ik.AppliedImpulse("z", linear=[4, 0, 0])])
-    motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=0)
-    assert motion.status.finished
-    np.testing.assert_array_equal(motion.t, [0.0])
-    np.testing.assert_allclose(motion.v[-1], [2.0, 0, 0])
-    assert len(motion.impacts) == 1
-    assert motion.at(0.0)[1][0] == pytest.approx(2.0)
-
-
-@pytest.mark.parametrize(
-    ("changes", "error", "words"),
-    [
-        ({"duration": -1.0}, errors.RangeError, "duration"),
-        ({"duration": np.nan}, errors.NotFiniteError, "duration"),
-        ({"duration": 1.0, "rtol": 0.0}, errors.RangeError, "rtol"),
-        ({"duration": 1.0, "samples": 0}, errors.RangeError, "samples"),
-        ({"duration": 1.0, "samples": 2.5}, errors.RangeError, "samples"),
-        ({"duration": 1.0, "method": "euler"}, errors.RangeError, "method"),
-        ({"duration": 1.0, "rtl": 1e-8}, errors.UnknownNameError, "rtol"),
-    ],
-)
-def test_settings_that_make_no_sense(changes, error, words):
-    with pytest.raises(error, match=words):
-        ik.simulate(ik.Scene(particle()), [0, 0, 0], [0, 0, 0], **changes)
-
-
-def test_states_are_checked_as_in_solve():
-    scene = ik.Scene(particle())
-    with pytest.raises(errors.ShapeError):
-        ik.simulate(scene, [0, 0], [0, 0, 0], duration=1.0)
-    with pytest.raises(errors.NotFiniteError):
-        ik.simulate(scene, [0, 0, 0], [0, 0, np.inf], duration=1.0)
-
-
-def test_a_start_in_penetration_is_told():
-    scene = ik.Scene(particle(), contacts=[ik.Contact("z", name="floor")])
-    with pytest.raises(errors.InputError, match=r"floor starts 0\.01 m in penetration"):
-        ik.simulate(scene, [0, 0, -0.01], [0, 0, 0], duration=1.0)
-    # What rounding may do is forgiven.
-    assert ik.simulate(scene, [0, 0, -1e-9], [0, 0, 0], duration=0.1).status.finished
 
 
 def test_stiffness_that_explodes_ends_with_a_status_and_keeps_what_there_is():
@@ -189,14 +126,6 @@ def test_a_force_without_bound_ends_with_a_status():
     assert len(motion.t) > 90
 
 
-def test_a_fixed_step_that_explodes_ends_with_a_status():
-    robot = sliders(1)
-    scene = ik.Scene(robot, forces=[ik.JointSpring("z00", stiffness=1e9)])
-    motion = ik.simulate(scene, [0.1], [0.0], duration=1.0, method="rk4", step=1e-2)
-    assert motion.status is MotionStatus.NOT_FINITE
-    assert motion.duration < 1.0
-
-
 def test_an_event_storm_ends_with_a_status():
     robot = sliders(1)
     # The slower it comes the better it bounces: it never settles.
@@ -207,15 +136,6 @@ def test_an_event_storm_ends_with_a_status():
     assert len(motion.impacts) == 40
     assert 0.0 < motion.duration < 10.0
     assert not motion.status.finished
-
-
-def test_a_singular_robot_is_told():
-    nothing = """<robot name="n"><link name="a"/><link name="b"/><joint name="j" type="revolute">
-    <parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
-    robot = ik.Robot.from_urdf(nothing)
-    with pytest.raises(errors.SingularMassError):
-        ik.simulate(ik.Scene(robot), [0.0], [0.0], duration=1.0)
 
 
 def test_a_robot_that_is_singular_where_it_starts_is_told():

@@ -95,22 +95,6 @@ def test_a_ball_slides_and_rolls_over_ribs():
     assert found == pytest.approx(truth, abs=1e-10)
 
 
-@pytest.mark.parametrize(
-    "shape", ['<box size="0.2 0.2 0.2"/>', '<cylinder radius="0.1" length="0.2"/>']
-)
-def test_bodies_that_slide_flat_do_as_a_point(shape):
-    """The load's centre moves along the friction, which therefore turns nothing."""
-    body = on_ground(shape)
-    friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)
-    scene = ik.Scene(body, contacts=[ik.Collision("body", "ground", friction=friction)])
-    start = body.configuration(free=[0, 0, 0.1, 0, 0, 0, 1])
-    motion = ik.simulate(scene, start, body.velocity(free=[1.2, 1.6, 0, 0, 0, 0]), 0.2)
-    point = slid(friction, [1.2, 1.6, 0, 0, 0, 0], 0.2)
-    assert motion.status.name == "FINISHED"
-    assert motion.v[-1][:2] == pytest.approx(point.v[-1][:2], abs=1e-9)
-    assert np.abs(motion.v[-1][2:]).max() < 1e-9
-
-
 def test_ribs_turn_with_the_plate_that_has_them():
     """A plate that spins at Ω carries its ribs: a block held to its rail feels them turn."""
     table = ik.Robot.from_urdf(
@@ -144,15 +128,3 @@ def test_ribs_turn_with_the_plate_that_has_them():
     q, v = motion.at(0.3)
     rail = table.model.joints[table.joint_id("rail")]
     assert [q[rail.idx_q], v[rail.idx_v]] == pytest.approx(truth, abs=1e-9)
-
-
-def test_momentum_is_balanced_by_its_forces():
-    # Forces are those along the dense output: its error in the last steps before a stop differs
-    # from one rounding to another.
-    motion = slid(ik.EllipticFriction(0.3, 0.1, along=ALONG), [1.2, 1.6, 0, 0, 0, 0], 1.0)
-    assert np.abs(motion.balance(0.0, 1.0).residual).max() < 1e-7
-
-
-def test_an_axis_along_the_normal_is_refused():
-    with pytest.raises(ik.errors.InputError, match="along the normal"):
-        slid(ik.EllipticFriction(0.3, 0.1, along=[0, 0, 1]), np.zeros(6), 0.1)

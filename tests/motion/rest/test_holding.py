@@ -126,27 +126,3 @@ def test_a_gripper_keeps_what_it_has_caught_and_sets_it_swinging():
     assert len(caught) > 5
     energies = [energy(i) for i in caught]
     assert max(energies) - min(energies) < 1e-8
-
-
-def test_what_it_needs_is_said():
-    with pytest.raises(ik.errors.InputError, match="give holding_force"):
-        moved([pad(adhesion=1.0)], 0.1)
-    with pytest.raises(ik.errors.RangeError, match="holding_force must be 0 or more"):
-        pad(holding_force=-1.0)
-    with pytest.raises(ik.errors.NotFiniteError, match="holding_force"):
-        pad(holding_force=np.inf)
-    with pytest.raises(ik.errors.InputError, match="holding_force holds what it touches"):
-        ik.Scene(BLOCK, contacts=[pad(holding_force=1.0, restitution=0.5)])
-    with pytest.raises(ik.errors.InputError, match="without adhesion"):
-        ik.Scene(BLOCK, contacts=[pad(holding_force=1.0, rolling=0.1)])
-    held = moved([pad(holding_force=30.0)], 0.1)
-    with pytest.raises(ik.errors.InputError, match="holding_force"):
-        ik.sensitivity(held)
-
-
-def test_without_a_pull_it_is_a_plain_contact():
-    plain = moved([pad(normal=(0, 0, 1))], 0.3, [1, 0, 0, 0, 0, 0])
-    again = moved([pad(normal=(0, 0, 1), holding_force=0.0)], 0.3, [1, 0, 0, 0, 0, 0])
-    # Code compiled in between may round otherwise in the last place.
-    assert np.abs(plain.q - again.q).max() < 1e-14
-    assert np.abs(plain.v - again.v).max() < 1e-13

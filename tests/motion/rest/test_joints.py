@@ -8,7 +8,6 @@ from scipy.optimize import brentq
 
 import impulsekit as ik
 from benchmarks.urdf import joint_text, link_text, robot_text
-from impulsekit.errors import InputError
 
 from ..models import particle, sliders
 
@@ -78,17 +77,6 @@ def test_a_pendulum_turns_where_its_energy_is_used_up_and_stops_when_it_should()
     np.testing.assert_allclose(motion.q[-1], bottom + angle, atol=1e-9)
     lost = np.diff(motion.energy().total[[0, -1]])
     np.testing.assert_allclose(motion.forces["dry"].work(), lost, atol=1e-9)
-
-
-def test_a_growing_pull_tears_a_slider_away():
-    # Held until t = 3 s, then x = (t - 3)³/6 m.
-    robot, bound = sliders(1), 3.0
-    pull = ik.Actuator("z00", ik.TorqueTable([0.0, 10.0], [0.0, 10.0]))
-    scene = ik.Scene(robot, forces=[pull, ik.JointFriction("z00", bound)], gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.0], [0.0], duration=10.0)
-    np.testing.assert_allclose(motion.q[-1, 0], 7.0**3 / 6.0 / robot.mass, rtol=1e-12)
-    assert abs(motion.at(2.9999)[1][0]) < 1e-13
-    assert motion.forces["forces[1]"].force(2.0) == pytest.approx(-2.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(("bound", "moves"), [(0.99, True), (1.01, False)])
@@ -173,21 +161,6 @@ def test_random_chains_obey_the_law_at_every_time(seed):
     )
 
 
-def test_a_robot_is_held_up_by_its_friction_and_falls_without_enough():
-    panda = ik.Robot.from_example("panda")
-    q = panda.configuration(panda_joint2=0.6, panda_joint4=-1.0)
-    weight = pin.rnea(panda.model, panda.model.createData(), q, *2 * [np.zeros(panda.nv)])
-    needed = dict(zip(panda.joint_names, np.abs(weight), strict=True))
-    held = [ik.JointFriction(n, 1.001 * t + 1e-3, name=n) for n, t in needed.items()]
-    motion = ik.simulate(ik.Scene(panda, forces=held), q, panda.velocity(), duration=1.0)
-    assert np.abs(motion.q - q).max() < 1e-12
-    told = [motion.forces[n].force(0.7)[0] for n in panda.joint_names]
-    np.testing.assert_allclose(told, weight, atol=1e-10)
-    held[3] = ik.JointFriction("panda_joint4", 0.9 * needed["panda_joint4"])
-    motion = ik.simulate(ik.Scene(panda, forces=held), q, panda.velocity(), duration=0.1)
-    assert abs(motion.q[-1] - q)[3] > 1e-3
-
-
 def test_a_loop_is_held_by_all_of_its_joints_together():
     # Two cranks on one coupler: the joints share the load; alone none could hold it.
     robot = sliders(3)
@@ -218,38 +191,6 @@ def test_contacts_and_joints_hold_together():
     np.testing.assert_allclose(motion.contacts["floor"].force(3.5)[0], -mu * 2.0 * G, rtol=1e-9)
 
 
-def test_a_quadruped_stands_on_dry_joints():
-    solo = ik.Robot.from_example("solo12", root="freeflyer")
-    feet = [n for n in solo.frame_names if n.endswith("FOOT")]
-    q = solo.configuration(
-        **{f"{leg}_HFE": 0.7 for leg in ("FL", "FR")},
-        **{f"{leg}_HFE": -0.7 for leg in ("HL", "HR")},
-        **{f"{leg}_KFE": -1.4 for leg in ("FL", "FR")},
-        **{f"{leg}_KFE": 1.4 for leg in ("HL", "HR")},
-    )
-    data = solo.model.createData()
-    pin.framesForwardKinematics(solo.model, data, q)
-    q[2] -= data.oMf[solo.frame_id(feet[0])].translation[2]
-    floor = [ik.Contact(n, friction=0.8, name=n) for n in feet]
-    dry = [ik.JointFriction(n, 3.0, name=f"dry_{n}") for n in solo.joint_names if n != "root_joint"]
-    motion = ik.simulate(ik.Scene(solo, contacts=floor, forces=dry), q, solo.velocity(), 0.5)
-    assert motion.status.finished
-    assert np.abs(motion.q[-1] - q).max() < 1e-9
-    lifted = sum(motion.contacts[n].force(0.3)[2] for n in feet)
-    np.testing.assert_allclose(lifted, solo.mass * G, rtol=1e-10)
-
-
-def test_an_impact_gets_nothing_from_it_and_sets_it_in_motion():
-    robot = sliders(1)
-    dry = ik.JointFriction("z00", 2.0)
-    kick = ik.JointImpulse("z00", 0.5)
-    scene = ik.Scene(robot, impulses=[kick], forces=[dry], gravity=NOWHERE)
-    assert ik.solve(scene, [0.0], [0.0]).v_after[0] == pytest.approx(0.5 / robot.mass)
-    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0)
-    speed = 0.5 / robot.mass
-    assert motion.q[-1, 0] == pytest.approx(0.5 * robot.mass * speed**2 / 2.0, abs=1e-13)
-
-
 def test_a_file_s_dry_friction_on_request(tmp_path):
     text = ik.models.pendulum_urdf(1).replace(
         "</joint>", '<dynamics damping="0.25" friction="0.75"/></joint>'
@@ -267,33 +208,6 @@ def test_a_file_s_dry_friction_on_request(tmp_path):
       <geom size="0.1" pos="0 0 1"/></body></worldbody></mujoco>"""
     own = ik.Scene.of_robot(ik.Robot.from_mjcf(mjcf), joint_friction=True)
     assert own.forces == (ik.JointFriction("j", 0.4),)
-
-
-def test_motions_are_kept_and_rows_of_a_batch_are_the_same(tmp_path):
-    robot = sliders(1)
-    forces = [ik.JointSpring("z00", 100.0), ik.JointFriction("z00", 3.0, name="dry")]
-    scene = ik.Scene(robot, forces=forces, gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.5], [0.0], duration=2.0)
-    motion.save(tmp_path / "dry.npz")
-    again = ik.Trajectory.load(tmp_path / "dry.npz")
-    for t in (0.1, 0.9, 1.9):
-        assert again.forces["dry"].force(t) == pytest.approx(motion.forces["dry"].force(t))
-    batch = ik.simulate_batch(scene, [[0.5], [0.02]], [[0.0], [0.0]], duration=2.0)
-    np.testing.assert_array_equal(batch.q[0], motion.q)
-    np.testing.assert_allclose(batch.q[1], 0.02, rtol=1e-14)
-
-
-def test_what_is_not_supported_says_so():
-    robot = sliders(1)
-    scene = ik.Scene(robot, forces=[ik.JointFriction("z00", 3.0)])
-    motion = ik.simulate(scene, [0.0], [0.0], duration=0.1)
-    with pytest.raises(InputError, match="dry friction"):
-        ik.sensitivity(motion)
-    with pytest.raises(InputError, match="0 or more"):
-        ik.JointFriction("z00", -1.0)
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    with pytest.raises(InputError, match="takes a joint"):
-        ik.Scene(ball, forces=[ik.JointFriction("root_joint", 1.0)])
 
 
 def test_a_joint_at_its_stop_is_held_by_both():

@@ -20,24 +20,6 @@ def on_plane(friction, v, duration, normal=(0, 0, 1), **changes):
     return ik.simulate(scene, [0, 0, 0], v, duration=duration, **changes)
 
 
-def test_sliding_stops_where_friction_says():
-    motion = on_plane(0.3, [2.0, 1.0, 0.0], 2.0)
-    speed = np.hypot(2.0, 1.0)
-    braking = 0.3 * GRAVITY
-    way = np.linalg.norm(motion.q, axis=1)
-    t = np.minimum(motion.t, speed / braking)
-    np.testing.assert_allclose(way, speed * t - 0.5 * braking * t**2, atol=1e-9)
-    assert np.abs(motion.v[motion.t > speed / braking]).max() < 1e-12
-
-
-@pytest.mark.parametrize(("friction", "slides"), [(0.3, True), (0.42, True), (0.43, False)])
-def test_a_slope_holds_up_to_the_angle_of_friction(friction, slides):
-    motion = on_plane(friction, [0, 0, 0], 1.0, NORMAL)
-    rate = max(0.0, GRAVITY * (np.sin(TILT) - friction * np.cos(TILT)))
-    assert slides == (rate > 0.0)
-    np.testing.assert_allclose(motion.q[-1], 0.5 * rate * DOWNHILL, atol=1e-9)
-
-
 def test_thrown_up_a_slope_it_stops_and_slides_back():
     motion = on_plane(0.3, -3.0 * DOWNHILL, 2.0, NORMAL)
     up = GRAVITY * (np.sin(TILT) + 0.3 * np.cos(TILT))
@@ -69,34 +51,6 @@ def test_a_stop_bears_a_joint_and_lets_it_go():
     assert rest.start == pytest.approx(np.sqrt(1.0 / GRAVITY), abs=1e-9)
     assert rest.end == pytest.approx(1.0, abs=1e-6)
     assert motion.q[-1, 0] == pytest.approx(-0.5 + 1.5 * GRAVITY * 0.2**2, abs=1e-6)
-
-
-def test_a_box_on_four_corners_rests_though_loads_are_not_unique():
-    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
-    corners = [(x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1)]
-    contacts = [ik.Contact("box", at=c, friction=0.5) for c in corners]
-    scene = ik.Scene(box, contacts=contacts)
-    q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
-    v = box.velocity(root_joint=[1.0, 0.5, 0, 0, 0, 0])
-    motion = ik.simulate(scene, q, v, duration=1.0)
-    assert motion.status.finished
-    assert np.abs(motion.v[-1]).max() < 1e-10
-    way = np.hypot(1.0, 0.5) ** 2 / (2 * 0.5 * GRAVITY)
-    np.testing.assert_allclose(np.hypot(*motion.q[-1, :2]), way, atol=1e-8)
-    assert np.diff(motion.energy().total).max() < 1e-12
-
-
-def test_a_dropped_tilted_box_comes_to_rest_on_its_corners():
-    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
-    corners = [(x, y, z) for x in (-0.15, 0.15) for y in (-0.1, 0.1) for z in (-0.05, 0.05)]
-    contacts = [ik.Contact("box", at=c, friction=0.5, restitution=0.2) for c in corners]
-    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, 0.2, 0.1)).coeffs()
-    q = box.configuration(root_joint=[0, 0, 0.4, *turn])
-    motion = ik.simulate(ik.Scene(box, contacts=contacts), q, box.velocity(), duration=2.0)
-    assert motion.status.finished, motion.detail
-    assert np.abs(motion.v[-1]).max() < 1e-8
-    assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-9)
-    assert np.diff(motion.energy().total).max() < 1e-9
 
 
 def test_a_slip_that_begins_slowly_turns_as_it_should():
@@ -145,43 +99,6 @@ def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances():
     np.testing.assert_allclose(tip(motion.q[-1])[0], tip(q)[0], atol=1e-6)
     # Noise of the tolerance in the foot's speed does not count as lifting.
     assert motion.steps < 200
-
-
-FLOOR = """<robot name="f"><link name="floor"><collision><origin xyz="0 0 -0.5"/>
-<geometry><box size="20 20 1"/></geometry></collision></link></robot>"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.3, 0.2)])
-@pytest.mark.parametrize("restitution", [0.0, 0.3])
-def test_a_box_that_collides_comes_to_rest_on_its_face(tilt, restitution):
-    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
-    world = ik.combine(floor=ik.Robot.from_urdf(FLOOR), box=box)
-    turn = pin.Quaternion(pin.rpy.rpyToMatrix(*tilt, 0.0)).coeffs()
-    q = world.configuration({"box/root_joint": [0, 0, 0.3, *turn]})
-    contact = ik.Collision("box/box", "floor/floor", restitution=restitution, friction=0.5)
-    scene = ik.Scene(world, contacts=[contact])
-    motion = ik.simulate(scene, q, world.velocity(), duration=1.5, max_steps=3000)
-    assert motion.status.finished, motion.detail
-    assert np.abs(motion.v[-1]).max() < 1e-8
-    assert motion.q[-1, 2] == pytest.approx(0.05, abs=1e-6)
-    assert motion.q[:, 2].min() > 0.05 - 1e-6
-    # What coal can tell of gaps, times the weight.
-    assert np.diff(motion.energy().total).max() < 1e-5
-
-
-def test_a_ball_slides_until_it_rolls():
-    ball = ik.Robot.from_urdf(MODELS / "ball.urdf", root="freeflyer")
-    world = ik.combine(floor=ik.Robot.from_urdf(FLOOR), ball=ball)
-    contact = ik.Collision("ball/ball", "floor/floor", friction=0.3)
-    q = world.configuration({"ball/root_joint": [0, 0, 0.05, 0, 0, 0, 1]})
-    v = world.velocity({"ball/root_joint": [1.0, 0, 0, 0, 0, 0]})
-    motion = ik.simulate(ik.Scene(world, contacts=[contact]), q, v, duration=0.5, samples=26)
-    stop = 2.0 / (7.0 * 0.3 * GRAVITY)
-    t = np.minimum(motion.t, stop)
-    way = t - 0.5 * 0.3 * GRAVITY * t**2 + 5.0 / 7.0 * (motion.t - t)
-    np.testing.assert_allclose(motion.q[:, 0], way, atol=1e-6)
-    np.testing.assert_allclose(motion.q[:, 2], 0.05, atol=1e-8)
 
 
 FEET = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")

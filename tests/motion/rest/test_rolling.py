@@ -37,15 +37,6 @@ def test_a_ball_stops_rolling_at_the_closed_form_time():
     assert motion.contacts["floor"].work() == pytest.approx(-lost, rel=1e-7)
 
 
-def test_a_ball_stops_spinning_at_the_closed_form_time():
-    tau, w = 2e-3, 5.0
-    stop = w * INERTIA / (tau * MASS * G)
-    motion = rolled([0, 0, 0, 0, 0, w], stop + 0.1, friction=0.4, torsion=tau)
-    assert np.abs(motion._path.step_times - stop).min() < 1e-7
-    assert np.abs(motion.at(stop + 0.05)[1]).max() < 1e-9
-    assert motion.at(0.5 * stop)[1][5] == pytest.approx(0.5 * w, rel=1e-9)
-
-
 @pytest.mark.parametrize(("slope", "moves"), [(0.07, False), (0.09, True)])
 def test_a_ball_on_a_slope_rolls_above_rho_over_r(slope, moves):
     """It stays while tan α < ρ/R = 0.08, and then rolls with m g (sin α R − cos α ρ)."""
@@ -102,44 +93,6 @@ def _rotation(quaternion):
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_quat(quaternion).as_matrix()
-
-
-def test_zero_coefficients_change_no_bit():
-    v = [0.5, 0.2, 0, 1.0, 3.0, 2.0]
-    plain = rolled(v, 0.2, friction=0.3, restitution=0.5, height=R + 1e-3)
-    zero = rolled(v, 0.2, friction=0.3, restitution=0.5, height=R + 1e-3, rolling=0.0, torsion=0.0)
-    assert plain.q.tobytes() == zero.q.tobytes() and plain.v.tobytes() == zero.v.tobytes()
-
-
-def test_it_bounces_and_comes_to_rest():
-    motion = rolled(
-        [0.3, 0, 0, 0, 0, 3], 2.0, height=R + 0.02,
-        restitution=0.3, friction=0.4, rolling=5e-3, torsion=5e-3,
-    )  # fmt: skip
-    assert motion.status.name == "FINISHED" and len(motion.impacts) > 2
-    assert np.abs(motion.v[-1]).max() < 1e-9
-    first = motion.impacts[0][1].contacts[0].points[0].turning
-    assert first.rolling == "rolling" and first.spin in ("spinning", "sticking")
-
-
-def test_a_lone_point_that_strikes_resists_spin():
-    floor = ik.Contact("ball", restitution=0.5, friction=0.3, torsion=2e-3)
-    q = BALL.configuration(root_joint=[0, 0, 0.1, 0, 0, 0, 1])
-    scene = ik.Scene(BALL, contacts=[floor])
-    motion = ik.simulate(scene, q, BALL.velocity(root_joint=[0, 0, 0, 0, 0, 9]), duration=0.2)
-    impact = motion.impacts[0][1]
-    normal = 1.5 * MASS * np.sqrt(2 * G * 0.1)
-    assert motion.v[-1][5] == pytest.approx(9 - 2e-3 * normal / INERTIA, rel=1e-9)
-    assert impact.contacts[0].points[0].turning.spin == "spinning"
-
-
-def test_a_motion_comes_back_from_its_file(tmp_path):
-    motion = rolled([0.5, 0, 0, 0, 10, 0], 0.2, friction=0.4, rolling=4e-3)
-    motion.save(tmp_path / "motion.npz")
-    again = ik.Trajectory.load(tmp_path / "motion.npz")
-    assert again.contacts["floor"].moment(0.1) == pytest.approx(
-        motion.contacts["floor"].moment(0.1), rel=1e-9
-    )
 
 
 @pytest.mark.slow

@@ -5,9 +5,7 @@ import pytest
 
 from benchmarks.methods.registry import methods
 from benchmarks.problems.registry import problems
-from impulsekit import Contact, Robot, Scene, simulate
-
-from ...robots import one_body
+from impulsekit import Robot, Scene, simulate
 
 MOTIONS = list(problems(quick=True, families=["swing", "flight"]))
 
@@ -19,17 +17,6 @@ def test_dop853_comes_nearer_the_truth_with_its_tolerance(problem):
     assert ways[0].setting > ways[-1].setting
     assert errors[0] < 1e-11
     assert errors[0] < errors[-1]
-
-
-def test_a_ball_bounces_at_the_times_of_free_fall():
-    ball = one_body("ball", 0.5, 0.0005)
-    scene = Scene(ball, contacts=[Contact("ball", restitution=0.9)])
-    q = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
-    fall = np.sqrt(2.0 / 9.81)
-    wanted = fall + np.concatenate([[0.0], 2.0 * fall * np.cumsum(0.9 ** np.arange(1, 6))])
-    motion = simulate(scene, q, ball.velocity(), duration=4.5, rtol=1e-12, atol=1e-14)
-    found = [t for t, _ in motion.impacts][:6]
-    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-11)
 
 
 def test_free_flight_of_a_robot_keeps_energy_and_momentum():
