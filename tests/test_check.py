@@ -49,23 +49,6 @@ def world():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("root", ["fixed", "freeflyer"])
-@pytest.mark.parametrize("name", STRUCK)
-def test_robots_agree(name, root):
-    robot = ik.Robot.from_example(name, root=root)
-    for seed in range(3):
-        blows = [random_blow(STRUCK[name], seed), random_blow(robot.links[-1].name, 9, "local")]
-        if robot.links[-1].joint_id == 0:
-            blows.pop()
-        impact = solved(robot, [*blows, ik.JointImpulse(robot.joint_names[-1], 0.2)], seed=seed)
-        check = ik.check(impact)
-        assert check.agrees, check
-        assert [row.name for row in check.rows] == ROWS
-        assert max(row.difference for row in check.rows) < 1e-13
-        assert check.tolerance < 1e-11
-
-
-@pytest.mark.slow
 def test_constraints_agree():
     robot = ik.Robot.from_example("talos", root="freeflyer")
     blow = random_blow(STRUCK["talos"], 2)
@@ -111,16 +94,6 @@ def test_a_world_with_placements_agrees(world):
     rope = ik.PointAnchor("dog/FL_FOOT", "near/ball/ball", at=(0.01, 0, 0), other_at=(0.1, 0, 0.1))
     assert ik.check(solved(world, blows)).agrees
     assert ik.check(solved(world, blows, [grip, rope])).agrees
-
-
-@pytest.mark.parametrize("name", ["panda", "tiago_pro"])
-def test_joints_that_mimic_agree(name):
-    robot = ik.Robot.from_example(name, mimic=True)
-    struck = [item.name for item in robot.links if item.joint_id > 0][-1]
-    anchor = ik.PointAnchor(struck, at=(0.1, 0, 0))
-    assert ik.check(solved(robot, [random_blow(struck, 1)])).agrees
-    assert ik.check(solved(robot, [random_blow(robot.links[-2].name, 2)] if name == "panda" else [],
-                           [anchor])).agrees  # fmt: skip
 
 
 def test_impulses_of_contacts_are_given_to_the_reference(world):

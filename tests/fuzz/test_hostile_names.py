@@ -120,22 +120,3 @@ def test_what_a_terminal_would_obey_is_no_name(name):
         with pytest.raises(errors.InputError) as caught:
             make()
         assert str(caught.value).isprintable()
-
-
-@pytest.mark.parametrize("name", CONTROLS)
-def test_no_message_holds_what_a_terminal_would_obey(name, tmp_path):
-    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2))
-    text = json.dumps(name)
-    (tmp_path / "a.toml").write_text(f"{text} = 1\n[state.q]\n{text} = 3\n[law]\nslip = {text}\n")
-    for make in (
-        lambda: robot.configuration({name: 1.0}),
-        lambda: robot.frame_id(name),
-        lambda: ik.Robot.from_example(name),
-        lambda: ik.Law(name),
-        lambda: ik.load_scene(tmp_path / "a.toml"),
-        lambda: ik.load_scene(tmp_path / f"{name}.toml"),
-        lambda: ik.Robot.from_urdf(f"{name}.urdf"),
-    ):
-        with pytest.raises(errors.ImpulsekitError) as caught:
-            make()
-        assert str(caught.value).replace("\n", "").isprintable()

@@ -9,29 +9,6 @@ import pytest
 import impulsekit as ik
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_two_balls_exchange_their_normal_velocities(seed):
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    world = ik.combine(a=ball, b=ball)
-    rng = np.random.default_rng(seed)
-    direction = rng.normal(size=3)
-    direction /= np.linalg.norm(direction)
-    place = np.array([0.3, -0.2, 0.5])
-    q = world.configuration(
-        {
-            "a/root_joint": [*place, 0, 0, 0, 1],
-            "b/root_joint": [*(place + 0.1 * direction), 0, 0, 0, 1],
-        }
-    )
-    v = world.velocity({"a/root_joint": [*(2 * direction + [0, 0, 0.3]), 0, 0, 0]})
-    scene = ik.Scene(world, contacts=[ik.Collision("a/ball", "b/ball", restitution=1.0)])
-    impact = ik.solve(scene, q, v)
-    along = (v[:3] @ direction) * direction
-    np.testing.assert_allclose(impact.v_after[:3], v[:3] - along, atol=1e-10)
-    np.testing.assert_allclose(impact.v_after[6:9], along, atol=1e-10)
-    assert impact.energy.change == pytest.approx(0.0, abs=1e-10)
-
-
 def test_a_box_set_down_on_a_box_touches_at_four_corners():
     box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
     world = ik.combine(upper=box, lower=box)

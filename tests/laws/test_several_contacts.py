@@ -43,18 +43,6 @@ def test_housners_block(b, law):
     assert impact.is_valid()
 
 
-def test_balls_in_a_row():
-    """Three equal ones at once leave −1/3, 2/3, 2/3; in sequence the last goes on alone."""
-    for n in (3, 5):
-        J = along_normals(np.eye(n - 1, n, 1) - np.eye(n - 1, n))
-        together = solved_rows(J, np.eye(n)[0], 1.0)
-        assert together.energy.change == pytest.approx(0, abs=1e-14)
-        if n == 3:
-            assert together.v_after == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=1e-14)
-        in_turn = solved_rows(J, np.eye(n)[0], 1.0, law=ik.Law(order="sequential"))
-        assert in_turn.v_after == pytest.approx(np.eye(n)[-1], abs=1e-14)
-
-
 @UNBOUNDED
 def test_opposing_walls_contradict_each_other_under_newtons_law():
     assert not solved_rows(along_normals([[1.0], [-1.0]]), [-1.0], 0.5).is_valid()

@@ -87,14 +87,6 @@ def test_rotations_are_orthogonal_and_turn_the_right_way(numbers):
     )
 
 
-@pytest.mark.parametrize("fifty", ALL[2:], ids=lambda a: a.name)
-def test_a_long_double_goes_into_fifty_digits_whole(fifty):
-    coarse = Arithmetic.long_double()
-    third = coarse.number(Fraction(1, 3))
-    assert abs(3 * fifty.number(third) - 1) < 4 * float(coarse.epsilon)
-    assert fifty.array(np.array([third]))[0] == fifty.number(third)
-
-
 def test_the_users_mpmath_is_left_alone():
     before = mpmath.mp.dps
     numbers = Arithmetic.mpmath(80)

@@ -13,7 +13,7 @@ import impulsekit.reference
 
 from .models import FOUR_BAR, robot
 
-MAXIMAL = Path(__file__).parents[1] / "truths" / "maximal.py"
+MAXIMAL = Path(__file__).parents[2] / "benchmarks" / "truths" / "maximal.py"
 FILES = [*sorted(Path(impulsekit.reference.__file__).parent.glob("*.py")), MAXIMAL]
 
 

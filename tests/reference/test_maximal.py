@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from benchmarks.truths.maximal import impact_of_free_bodies
-from impulsekit.errors import ContradictionError
 from impulsekit.reference import KaneSystem, Load
 
 from .models import (
@@ -107,15 +106,3 @@ def test_rows_between_links_joined_rigidly_move_nothing(seed):
     assert np.abs(maximal.row_impulses[:6]).max() < 1e-10
     unstruck, _ = both(system, q, y, [], None, rows)
     assert relative(unstruck.dy, alone.dy) < 1e-11
-
-
-def test_demands_that_joints_rule_out_are_refused():
-    system = KaneSystem.from_urdf(FOUR_BAR)
-    q = four_bar_pose(1.0)
-    out = system.rows_at_point(q, "coupler", directions=[[0, 0, 1]], target=[1])
-    with pytest.raises(ContradictionError, match="coupler"):
-        impact_of_free_bodies(system, q, [0, 0, 0], rows=out)
-    stays = system.rows_at_point(q, "coupler", directions=[[0, 0, 1]])
-    kane, maximal = both(system, q, [1, 2, 3], [], None, stays)
-    assert np.abs(kane.dy).max() == 0
-    assert np.abs(maximal.dy).max() < 1e-14

@@ -6,7 +6,6 @@ import sys
 
 import matplotlib
 import numpy as np
-import pinocchio as pin
 import pytest
 
 matplotlib.use("Agg")
@@ -14,7 +13,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 
 import impulsekit as ik
-from impulsekit.errors import MissingExtraError, RangeError, ShapeError, UnknownNameError
+from impulsekit.errors import MissingExtraError, RangeError, UnknownNameError
 from impulsekit.view import plots
 
 from .sheets import faults_of
@@ -64,21 +63,6 @@ def test_the_velocity_jump(ax):
     assert "9 smaller not shown" in ax.get_title(loc="left")
 
 
-def test_impulses_lie_in_their_cones(ax):
-    impact = solved("rocking_block")
-    plots.contact_cones(impact, ax)
-    marks = [
-        line for line in ax.lines if line.get_marker() in ("o", "s", "x") and len(line.get_xdata())
-    ]
-    points = [p for result in impact.contacts for p in result.points]
-    assert len(marks) == len(points)
-    for mark, point in zip(marks, points, strict=True):
-        (x,), (y,) = mark.get_xdata(), mark.get_ydata()
-        assert y == pytest.approx(point.normal @ point.impulse)
-        assert np.hypot(x, y) == pytest.approx(np.linalg.norm(point.impulse))
-        assert abs(x) <= 1.0 * y + 1e-12
-
-
 def test_reactions_in_order_and_rounding_is_nothing(ax):
     impact = solved("whittaker_chain")
     plots.joint_reactions(impact, ax)
@@ -114,14 +98,6 @@ def test_a_stroboscope_of_the_struck_chain(ax):
             plots.stroboscope(impact, [0.0], ax, **wrong)
     with pytest.raises(RangeError, match="time"):
         plots.stroboscope(impact, [99.0], ax)
-
-
-def test_time_against_error(ax):
-    plots.time_against_error({"a": ([1e-9, 1e-3], [2.0, 1.0]), "b": ([0.0], [1.0])}, ax)
-    assert ax.lines[0].get_xdata().tolist() == [1e-9, 1e-3]
-    assert ax.lines[1].get_xdata()[0] > 0.0
-    with pytest.raises(ShapeError, match="seconds"):
-        plots.time_against_error({"a": ([1.0], [])}, ax)
 
 
 def test_histories_of_a_motion():
@@ -166,17 +142,6 @@ def test_jumps_are_vertical(bounced):
     assert jump.max() == pytest.approx(impact.contacts["floor"].impulse[2])
 
 
-def test_panels_without_a_number_are_left_out(bounced):
-    labels = [ax.get_ylabel() for ax in plots.overview(bounced).axes]
-    assert labels == ["energy [J]", "linear momentum [kg m/s]"]
-    ball = bounced.scene.robot
-    up = ik.solve(bounced.scene, ball.neutral(), ball.velocity(root_joint=[0, 0, 1, 0, 0, 0]))
-    titles = [ax.get_title(loc="left") for ax in plots.overview(up).axes]
-    assert not any("joints" in title for title in titles)
-    still = ik.solve(bounced.scene, ball.neutral(), ball.velocity())
-    assert not any("Energy" in ax.get_title(loc="left") for ax in plots.overview(still).axes)
-
-
 def test_loads_over_time_in_one_call(bounced, tmp_path):
     figure = plots.load_history(bounced, tmp_path / "loads.png", samples=40)
     (ax,) = figure.axes
@@ -205,12 +170,6 @@ def test_a_sheet_is_written(ending, tmp_path):
     # Speeds in m/s and in rad/s stand apart.
     assert len(figure.axes) == 5
     assert path.stat().st_size > 5000
-
-
-def test_names_with_dollars_are_no_formulas(ax):
-    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2).replace("joint_2", "$\\frac$"))
-    scene = ik.Scene(robot, [ik.JointImpulse("$\\frac$", 1.0, name="$x")])
-    plots.overview(ik.solve(scene, robot.neutral(), robot.velocity())).canvas.draw()
 
 
 def test_without_matplotlib_the_line_to_install_it_is_told(monkeypatch):
@@ -265,15 +224,3 @@ def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, pla
     ax = plots.stroboscope(motion, [0.0, 1.0, 2.0])
     assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == tuple(plane)
     assert plots.stroboscope(motion, [0.0], plane="zx").get_xlabel() == "z [m]"
-
-
-@pytest.mark.parametrize("name", ["tiago", "double_pendulum", "solo12"])
-def test_sheets_of_other_robots(name):
-    robot = ik.Robot.from_example(name, root="freeflyer")
-    rng = np.random.default_rng(7)
-    links = [link.name for link in robot.links if link.joint_id > 0]
-    contacts = [ik.Contact(link, friction=0.4, name=f"contact of {link}") for link in links[-3:]]
-    blow = ik.AppliedImpulse(links[0], rng.normal(size=3))
-    q = pin.integrate(robot.model, robot.neutral(), 0.3 * rng.normal(size=robot.nv))
-    impact = ik.solve(ik.Scene(robot, [blow], contacts=contacts), q, rng.normal(size=robot.nv))
-    assert faults_of(plots.overview(impact)) == []

@@ -1,4 +1,4 @@
-"""``python -m tests.bench.answers``: work out kept answers of problems that are missing or old."""
+"""``python -m benchmarks.problems.answers``: work out kept answers that are missing or old."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 import sys
 from typing import Any
 
-from benchmarks.problems.problem import FOLDER, digest, kept, path_of
-from benchmarks.problems.registry import problems
+from .problem import FOLDER, digest, kept, path_of
+from .registry import problems
 
 # Integrated motions are not true to more.
 DIGITS, DIGITS_OF_MOTIONS = 50, 22
