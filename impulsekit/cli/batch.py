@@ -38,9 +38,9 @@ def batch(
 ) -> None:
     """Solve the scene in FILE at the random states of its [batch] table.
 
-    With `motion = true` in that table the rows are motions, followed by processes on all cores.
+    With `motion = true` in that table the rows are motions, followed on all cores.
 
-    Rows stream to a Zarr store. A run that was stopped goes on when it is called again. The
+    Rows stream to a store. A run that was stopped goes on when it is called again. The
     exit status is 0 only if every row is valid.
     """
     import os

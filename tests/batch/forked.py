@@ -14,7 +14,7 @@ from pathlib import Path
 __all__ = ["ForkedCommand"]
 
 IMPORTED = [
-    "impulsekit.cli", "impulsekit.study", "xarray", "zarr", "dask.array",
+    "impulsekit.cli", "impulsekit.study", "xarray", "dask.array",
     "tests.batch.preloaded",
 ]  # fmt: skip
 

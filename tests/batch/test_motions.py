@@ -179,7 +179,6 @@ high = 0.8
 
 @pytest.mark.slow
 def test_a_study_of_motions_goes_to_a_store(tmp_path):
-    pytest.importorskip("zarr")
     file = tmp_path / "drops.toml"
     file.write_text(STUDY)
     done = CliRunner().invoke(main, ["batch", str(file), "-q", "--threads", "1"])

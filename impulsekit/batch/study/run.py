@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
 import os
 import pickle
 import socket
@@ -48,7 +50,7 @@ def run_study(
         StoreLockedError: another process writes to the store, or it was moved or deleted.
         StoreFullError: no space is left; written rows are kept.
         FileError: the folder cannot be made or written to.
-        MissingExtraError: xarray or zarr is not installed.
+        MissingExtraError: xarray or dask is not installed.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene
@@ -75,7 +77,8 @@ def run_study(
         # Motions heed Ctrl-C themselves, within a chunk.
         waits = nullcontext(None) if study.motion is not None else Interrupts()
         with shown(progress, study.samples, before) as tell, waits as interrupts:
-            results = _here(study, todo, threads) if client is None else _there(study, todo, client)
+            here = ((index, solved_chunk(study, index, threads)) for index in todo)
+            results = here if client is None else _there(study, todo, client)
             for index, arrays in results:
                 place.write(index, arrays)
                 begin, end = study.rows(index)
@@ -91,24 +94,12 @@ def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[s
     given = study.drawn(index)
     begin, end = study.rows(index)
     found = _impacts if study.motion is None else _motions
+    # Where nothing varies, the batch has one row.
     arrays = {
-        name: _of_all_rows(array, end - begin)
+        name: np.repeat(array, (end - begin) // len(array), axis=0)
         for name, array in found(study, given, threads).items()
     }
-    whats = {one.what for one in study.vary}
-    if "configuration" in whats:
-        arrays["q"] = given["q"]
-    if "velocity" in whats:
-        arrays["v"] = given["v"]
-    if "impulses" in given:
-        names = study.scene.entry_names("impulses")
-        arrays["impulses"] = np.hstack([given["impulses"][name] for name in names])
-    if "masses" in given:
-        arrays["masses"] = np.column_stack([given["masses"][name] for name in study.scaled_links])
-    for what in ("restitution", "friction"):
-        if what in given:
-            arrays[what] = _coefficients(study, what, given[what], end - begin)
-    return arrays
+    return {**arrays, **{name: study.stored(name, given, end - begin) for name in study.varied}}
 
 
 def _impacts(study: Study, given: dict[str, Any], threads: int | None) -> dict[str, np.ndarray]:
@@ -136,43 +127,20 @@ def _motions(study: Study, given: dict[str, Any], threads: int | None) -> dict[s
     return {name: arrays[name] for name in ("status", *study.names)}
 
 
-def _of_all_rows(array: np.ndarray, rows: int) -> np.ndarray:
-    """A batch of one row, where nothing varied, as many."""
-    return array if len(array) == rows else np.repeat(array, rows, axis=0)
-
-
-def _coefficients(study: Study, what: str, drawn: dict[str, np.ndarray], rows: int) -> np.ndarray:
-    """(rows, contacts) as they were drawn, the scene's own elsewhere."""
-    names = study.scene.entry_names("contacts")
-    table = np.empty((rows, len(names)))
-    for i, (name, entry) in enumerate(zip(names, study.scene.contacts, strict=True)):
-        own = getattr(entry, what, 0.0)
-        table[:, i] = drawn.get(name, np.nan if callable(own) else own)
-    return table
-
-
-def _here(
-    study: Study, todo: list[int], threads: int | None
-) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
-    for index in todo:
-        yield index, solved_chunk(study, index, threads)
-
-
-_received: dict[str, Study] = {}
+@functools.lru_cache(maxsize=1)
+def _received(packed: bytes, fingerprint: str) -> Study:
+    """The study of a worker, which unpacks it only once."""
+    study: Study = pickle.loads(packed)
+    if study.fingerprint != fingerprint:
+        raise InputError(
+            f"the worker on {socket.gethostname()} reads other files, or has other versions "
+            "of packages, than the process that writes"
+        )
+    return study
 
 
 def _sent_chunk(packed: bytes, fingerprint: str, index: int) -> dict[str, np.ndarray]:
-    """``solved_chunk`` in a worker, which unpacks a study only once."""
-    if fingerprint not in _received:
-        _received.clear()
-        study = pickle.loads(packed)
-        if study.fingerprint != fingerprint:
-            raise InputError(
-                f"the worker on {socket.gethostname()} reads other files, or has other versions "
-                "of packages, than the process that writes"
-            )
-        _received[fingerprint] = study
-    return solved_chunk(_received[fingerprint], index, threads=1)
+    return solved_chunk(_received(packed, fingerprint), index, threads=1)
 
 
 def _there(
@@ -181,25 +149,21 @@ def _there(
     """Chunks as the workers of a cluster have them ready; never many at a time."""
     with MissingExtraError.unless("distributed", "study", "a study on a cluster"):
         from distributed import as_completed
-    packed = pickle.dumps(study)
-    workers = max(1, len(client.scheduler_info()["workers"]))
+    given = (pickle.dumps(study), study.fingerprint)
     waiting = iter(todo)
+    submitted: dict[Any, int] = {}
 
-    def submit(index: int) -> Any:
-        return client.submit(_sent_chunk, packed, study.fingerprint, index, pure=False)
+    def submit(count: int) -> list[Any]:
+        new = {
+            client.submit(_sent_chunk, *given, index, pure=False): index
+            for index in itertools.islice(waiting, count)
+        }
+        submitted.update(new)
+        return list(new)
 
-    running = {}
-    for _ in range(3 * workers):
-        index = next(waiting, None)
-        if index is not None:
-            running[submit(index)] = index
-    queue = as_completed(list(running), loop=client.loop)
+    queue = as_completed(submit(3 * len(client.scheduler_info()["workers"]) or 3), loop=client.loop)
     for future in queue:
-        index = running.pop(future)
-        yield index, future.result()
+        yield submitted.pop(future), future.result()
         future.release()
-        following = next(waiting, None)
-        if following is not None:
-            new = submit(following)
-            running[new] = following
-            queue.add(new)
+        for following in submit(1):
+            queue.add(following)

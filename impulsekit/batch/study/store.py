@@ -1,12 +1,10 @@
-"""The store of a study: a Zarr group, written chunk by chunk through xarray.
+"""The store of a study: a folder with ``study.json`` and one file for each chunk of rows.
 
-The store comes into being whole: its arrays are laid out in a folder of another name, which is
-renamed, and ``study.json`` is created last, by exclusive creation. Until a row is written its
-status is ``UNWRITTEN``, which is no status, and its numbers are NaN. Of each chunk the statuses
-are written last, after all else is on the disk: a row that has a status has its numbers too.
-Chunks that a killed run has left without statuses are drawn and written again, bit for bit as
-they would have been. Each chunk carries a checksum: those that were changed on disk are an error
-where they are read, and written again by the next run. Only one process writes at a time.
+A chunk is an uncompressed ``.npz``, in which each array has a checksum (CRC-32). It is written
+under a temporary name and renamed when all of it is on the disk: it is there as a whole or not at
+all. What a killed run did not write is drawn and written by the next one, bit for bit as it would
+have been, and so is what was changed on disk, which is an error where it is read. Only one process
+writes at a time.
 """
 
 from __future__ import annotations
@@ -16,24 +14,23 @@ import json
 import os
 import pathlib
 import re
-import shutil
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError, MissingExtraError, shown
-from ...files import file_told, flush_to_disk, path_of, reason_of, write_file
-from .chunks import changed_files, chunk_name, held_folder, lost_chunks, written_chunks
-from .layout import arrays_of, unwritten_rows
-from .lock import NAME as LOCK
-from .lock import StoreLock, full_disk_told, lock_store
+from ...files import file_told, path_of, reason_of, replaced_file, write_file
+from .layout import UNWRITTEN, layout_of
+from .lock import LOCK, full_disk_told, lock_store
 from .study import Study
 
-RECORD, ROWS = "study.json", "rows.zarr"
-# What a run that was stopped while it made the store may leave behind.
-UNFINISHED = re.compile(rf"{re.escape(LOCK)}|{re.escape(ROWS)}|rows\.partial|\..*\.partial")
-FORMAT = 3
+RECORD, ROWS = "study.json", "rows"
+# What a run that was stopped before it wrote the record may leave behind.
+UNFINISHED = re.compile(rf"{re.escape(LOCK)}|\..*\.partial")
+FORMAT = 4
 
 
 class StudyStore:
@@ -46,8 +43,7 @@ class StudyStore:
 
     def __init__(self, path: str | os.PathLike[str], study: Study) -> None:
         self.path, self.study = pathlib.Path(path_of(path, "the store of a study")), study
-        self._lock: StoreLock | None = None
-        self._rows = self.path / ROWS
+        self._check: Callable[[], None] | None = None
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[list[int]]:
@@ -61,76 +57,46 @@ class StudyStore:
             StoreLockedError: another process writes to the store.
             FileError: the folder cannot be made or written to.
             StoreFullError: no space is left.
-            MissingExtraError: xarray or zarr is not installed.
+            MissingExtraError: xarray or dask is not installed.
         """
-        _xarray()
+        _libraries()
         check_store(self.path)
+        rows = self.path / ROWS
         with full_disk_told(self.path), file_told(self.path, writing=True):
             self.path.mkdir(parents=True, exist_ok=True)
-        with lock_store(self.path) as self._lock:
+        with lock_store(self.path) as self._check:
             try:
                 if (self.path / RECORD).exists():
                     self._check_same()
                 else:
                     _check_folder(self.path)
                     with full_disk_told(self.path):
-                        self._create()
-                with held_folder(self.path / ROWS) as self._rows:
-                    self._lock.check()
-                    for left in (*self.path.glob(".*.partial"), *self._rows.rglob("*.partial")):
+                        self._write_record()
+                with full_disk_told(self.path), file_told(rows, writing=True):
+                    rows.mkdir(exist_ok=True)
+                    for left in self.path.rglob(".*.partial"):
                         left.unlink(missing_ok=True)
-                    yield self._unwritten_chunks()
+                yield [i for i in range(self.study.chunks) if not _is_whole(_file(rows, i))]
             finally:
-                self._lock = None
+                self._check = None
 
     def write(self, index: int, arrays: dict[str, np.ndarray]) -> None:
-        """Write a chunk, its statuses last.
+        """Write a chunk.
 
         Raises:
-            StoreFullError: no space is left; what is done stays done.
+            StoreFullError: no space is left; what is written stays.
             StoreLockedError: the store was moved or deleted.
         """
-        if self._lock is None:
+        if self._check is None:
             raise InputError("a store is written to only while it is opened")
-        numbers = {name: array for name, array in arrays.items() if name != "status"}
-        with full_disk_told(self.path):
-            for part in (numbers, {"status": arrays["status"]}):
-                self._lock.check()
-                self._write_part(index, part)
-
-    def _write_part(self, index: int, arrays: dict[str, np.ndarray]) -> None:
-        """Write some arrays of a chunk, and wait until they are on the disk."""
-        import xarray as xr
-
-        layout = arrays_of(self.study)
-        data = {name: (layout[name][0], array) for name, array in arrays.items()}
-        region = {"row": slice(*self.study.rows(index))}
-        # A chunk of nothing but NaN is written too: what is missing is lost.
-        xr.Dataset(data).to_zarr(
-            self._rows, region=region, consolidated=False, write_empty_chunks=True
-        )
-        for name, array in arrays.items():
-            flush_to_disk(self._rows / name / chunk_name(index, array.ndim))
-
-    def _unwritten_chunks(self) -> list[int]:
-        """The chunks without statuses, or whose numbers are lost or not those written."""
-        dataset = _dataset(self.path)
-        try:
-            for file in changed_files(self._rows, dataset):
-                file.unlink()
-            done = written_chunks(self._rows, dataset) - set(lost_chunks(self._rows, dataset))
-        except (OSError, LookupError) as error:
-            raise _damaged(self.path, error) from None
-        return [i for i in range(self.study.chunks) if i not in done]
+        self._check()
+        with full_disk_told(self.path), replaced_file(_file(self.path / ROWS, index)) as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]
+            # Once more: in a folder that took the place of this one there is nothing to rename.
+            self._check()
 
     def _check_same(self) -> None:
-        mark = self.path / RECORD
-        try:
-            there = json.loads(mark.read_bytes())
-        except ValueError:
-            there = None
-        if not isinstance(there, dict) or "fingerprint" not in there:
-            raise InputError(f'"{mark}" is damaged; it is no store of a study')
+        there = _record(self.path)
         if there.get("format") != FORMAT:
             raise InputError(
                 f'"{self.path}" is a store that another version of impulsekit has made. Name '
@@ -144,27 +110,12 @@ class StudyStore:
                 "Name another folder, or delete this one"
             )
 
-    def _create(self) -> None:
-        """Lay out the arrays, all rows unwritten; the study's record comes last."""
-        dataset, encoding = unwritten_rows(self.study)
-        partial, rows = self.path / "rows.partial", self.path / ROWS
-        for left in (partial, rows):
-            # Without its record a store has no row.
-            shutil.rmtree(left, ignore_errors=True)
-        dataset.to_zarr(
-            partial,
-            mode="w-",
-            compute=False,
-            consolidated=False,
-            zarr_format=2,
-            encoding=encoding,
-        )
-        partial.rename(rows)
+    def _write_record(self) -> None:
         record = {
             "format": FORMAT,
             "fingerprint": self.study.fingerprint,
             "study": self.study.describe(),
-            "arrays": sorted(map(str, dataset.variables)),
+            **layout_of(self.study),
         }
         write_file(self.path / RECORD, json.dumps(record, indent=1, sort_keys=True))
 
@@ -215,12 +166,11 @@ def open_study(path: str | os.PathLike[str]) -> Any:
     """Open the rows of a study as an ``xarray.Dataset``, loaded when needed.
 
     Rows that are not written yet have the status ``UNWRITTEN`` (-128), which no solved row
-    has, and NaN elsewhere. To load a chunk that was changed on disk raises zarr's error on its
-    checksum.
+    has, and NaN elsewhere. To load rows that were changed on disk raises an ``InputError``.
 
     Raises:
-        InputError: the folder is not a store of a study, or some of its rows are lost.
-        MissingExtraError: xarray or zarr is not installed.
+        InputError: the folder is not a store of a study.
+        MissingExtraError: xarray or dask is not installed.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene
@@ -237,58 +187,89 @@ def open_study(path: str | os.PathLike[str]) -> Any:
         >>> rows["v_after"].shape
         (100, 1)
     """
+    xarray, da = _libraries()
     folder = pathlib.Path(path_of(path, "the store of a study"))
-    dataset = _dataset(folder)
-    try:
-        lost = lost_chunks(folder / ROWS, dataset)
-    except (OSError, LookupError) as error:
-        raise _damaged(folder, error) from None
-    if lost:
-        index, name = min(lost.items())
-        raise InputError(
-            f'"{folder}" is damaged: {len(lost)} of its chunks of rows are missing or cut off, '
-            f"first number {index} of {name}; run the same study again to write them"
+    record = _record(folder)
+    count, chunk = record["rows"], record["chunk"]
+    sizes = tuple(min(chunk, count - begin) for begin in range(0, count, chunk))
+    meaning = {"meaning": "see the attribute status"}
+    data = {}
+    for name, array in {
+        "status": {"dims": [], "shape": [], "attributes": meaning},
+        **record["arrays"],
+    }.items():
+        kind, shape = (np.int8 if name == "status" else float), tuple(array["shape"])
+        rows = da.map_blocks(
+            partial(_block, folder / ROWS, name, shape, sizes),
+            chunks=(sizes, *((width,) for width in shape)),
+            dtype=kind,
+            meta=np.empty((0,) * (1 + len(shape)), dtype=kind),
         )
-    return dataset
+        data[name] = (("row", *array["dims"]), rows, array["attributes"])
+    attributes = {"title": record["title"]}
+    attributes.update({key: json.dumps(record[key], sort_keys=True) for key in ("study", "status")})
+    return xarray.Dataset(data, record["coordinates"], attributes)
 
 
-def _dataset(folder: pathlib.Path) -> Any:
-    """As ``open_study``; rows may be lost.
+def _block(
+    rows: pathlib.Path, name: str, shape: tuple[int, ...], sizes: tuple[int, ...], block_id: Any
+) -> np.ndarray:
+    """An array of a chunk; unwritten rows where there is no file of it.
 
     Raises:
-        InputError: no store, or one that has lost an array with all its rows.
+        InputError: the file is not what was written.
     """
-    xarray = _xarray()
-    record = folder / RECORD
-    if not record.is_file():
-        raise InputError(f'"{folder}" is no store of a study')
+    index = block_id[0]
     try:
-        # Masked, statuses would be floats.
-        dataset = xarray.open_zarr(folder / ROWS, consolidated=False, mask_and_scale=False)
-        wanted = json.loads(record.read_bytes())["arrays"]
-    except Exception as error:  # whatever zarr raises on a damaged group
-        raise _damaged(folder, error) from None
-    lost = sorted(set(wanted) - set(dataset.variables))
-    # A coordinate is one chunk.
-    lost += [name for name in dataset.coords if not (folder / ROWS / str(name) / "0").is_file()]
-    if lost:
+        with np.load(_file(rows, index), allow_pickle=False) as arrays:
+            return arrays[name]
+    except FileNotFoundError:
+        fill = np.int8(UNWRITTEN) if name == "status" else np.nan
+        return np.full((sizes[index], *shape), fill)
+    except _BROKEN as error:
         raise InputError(
-            f'"{folder}" is damaged: {", ".join(lost)} missing in {ROWS}; copy it whole, or '
-            "delete the folder and run the study again"
-        )
-    return dataset
+            f'"{rows.parent}" is damaged: chunk {index} of its rows is not what was written (its '
+            "checksum differs); run the same study again to write it anew"
+        ) from error
 
 
-def _damaged(folder: pathlib.Path, error: Exception) -> InputError:
-    return InputError(f'"{folder}" is damaged: {type(error).__name__}: {error}')
+# Errors of numpy and zipfile on a file that is not whole.
+_BROKEN = (zipfile.BadZipFile, ValueError, LookupError, EOFError, OSError, NotImplementedError)
 
 
-def _xarray() -> Any:
+def _is_whole(file: pathlib.Path) -> bool:
+    """Whether the file of a chunk is there, and all of it is what was written."""
     try:
-        import dask  # noqa: F401
+        with zipfile.ZipFile(file) as arrays:
+            return arrays.testzip() is None
+    except _BROKEN:
+        return False
+
+
+def _file(rows: pathlib.Path, index: int) -> pathlib.Path:
+    return rows / f"{index}.npz"
+
+
+def _record(folder: pathlib.Path) -> dict[str, Any]:
+    """What a store tells of itself.
+
+    Raises:
+        InputError: the folder is no store, or its record is damaged.
+    """
+    mark = folder / RECORD
+    if not mark.is_file():
+        raise InputError(f'"{folder}" is no store of a study')
+    with file_told(mark), contextlib.suppress(ValueError):
+        there = json.loads(mark.read_bytes())
+        if isinstance(there, dict) and "fingerprint" in there:
+            return there
+    raise InputError(f'"{mark}" is damaged; it is no store of a study')
+
+
+def _libraries() -> tuple[Any, Any]:
+    """xarray, and the arrays of dask."""
+    with MissingExtraError.unless("xarray", "study", "the store of a study"):
         import xarray
-        import zarr  # noqa: F401
-    except ImportError as error:
-        package = str(error.name).partition(".")[0]
-        raise MissingExtraError.of(package, "study", "the store of a study") from None
-    return xarray
+    with MissingExtraError.unless("dask", "study", "the store of a study"):
+        import dask.array
+    return xarray, dask.array

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ...display import OneLine
 from ...errors import InputError, RangeError, UnknownNameError
@@ -20,7 +21,16 @@ from ..masses import heavy_links, link_inertia
 from ..result import OUTPUTS
 from .fingerprint import described, geometry_digest, robot_digest, versions
 
-WHATS = ("configuration", "velocity", "impulse", "direction", "restitution", "friction", "mass")
+# By what varies, the array of the rows that holds what was drawn.
+STORED_AS = {
+    "configuration": "q",
+    "velocity": "v",
+    "impulse": "impulses",
+    "direction": "impulses",
+    "restitution": "restitution",
+    "friction": "friction",
+    "mass": "masses",
+}
 DISTRIBUTIONS = ("uniform", "normal")
 
 
@@ -62,7 +72,7 @@ class Variation:
     deviation: float | None = None
 
     def __post_init__(self) -> None:
-        for name, known in (("what", WHATS), ("distribution", DISTRIBUTIONS)):
+        for name, known in (("what", STORED_AS), ("distribution", DISTRIBUTIONS)):
             if getattr(self, name) not in known:
                 kind = {"what": "quantity to vary"}.get(name, name)
                 raise UnknownNameError.among(kind, str(getattr(self, name)), known, "Variation")
@@ -216,7 +226,7 @@ class Study(OneLine):
         steps = np.zeros((rows, robot.nv))
         v = np.zeros((rows, robot.nv))
         impulses = {
-            name: np.tile(_numbers(entry), (rows, 1))
+            name: np.tile(np.array(entry.values), (rows, 1))
             for name, entry in zip(
                 self.scene.entry_names("impulses"), self.scene.impulses, strict=True
             )
@@ -254,6 +264,25 @@ class Study(OneLine):
         if factors:
             found["masses"] = {name: factors[name] for name in self.scaled_links}
         return found
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The arrays of the rows that hold what was drawn."""
+        return tuple(dict.fromkeys(STORED_AS[one.what] for one in self.vary))
+
+    def stored(self, name: str, given: dict[str, Any], rows: int) -> np.ndarray:
+        """An array of ``varied``, of the arguments of a chunk that ``drawn`` gave."""
+        if name in ("q", "v"):
+            return given[name]
+        if name in ("impulses", "masses"):
+            return np.column_stack(list(given[name].values()))
+        table = np.empty((rows, len(self.scene.contacts)))
+        for i, entry in enumerate(self.scene.contacts):
+            own = getattr(entry, name, 0.0)
+            table[:, i] = np.nan if callable(own) else own
+        for label, drawn in given[name].items():
+            table[:, self.scene.entry_names("contacts").index(label)] = drawn
+        return table
 
     @property
     def scaled_links(self) -> tuple[str, ...]:
@@ -344,25 +373,17 @@ class Study(OneLine):
         return hashlib.sha256(whole.encode()).hexdigest()[:32]
 
 
-def _numbers(entry: Any) -> np.ndarray:
-    if isinstance(entry, AppliedImpulse):
-        return np.array([*entry.linear, *entry.angular])
-    return np.array(entry.impulse)
-
-
 def _turn(wrenches: np.ndarray, angles: np.ndarray, around: np.ndarray) -> None:
     """Turn force and couple of each row by an angle about an axis across its force."""
-    force = wrenches[:, :3]
-    size = np.linalg.norm(force, axis=1, keepdims=True)
-    along = np.divide(force, size, out=np.zeros_like(force), where=size > 0.0)
-    helper = np.eye(3)[np.abs(along).argmin(axis=1)]
-    first = np.cross(along, helper)
-    length = np.linalg.norm(first, axis=1, keepdims=True)
-    first = np.divide(first, length, out=np.zeros_like(first), where=length > 0.0)
+    along = wrenches[:, :3]
+    first = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
     second = np.cross(along, first)
-    axis = np.cos(around)[:, None] * first + np.sin(around)[:, None] * second
-    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    axes = [
+        np.divide(axis, size, out=np.zeros_like(axis), where=size > 0.0)
+        for axis in (first, second)
+        for size in (np.linalg.norm(axis, axis=1, keepdims=True),)
+    ]
+    axis = np.cos(around)[:, None] * axes[0] + np.sin(around)[:, None] * axes[1]
+    turn = Rotation.from_rotvec(angles[:, None] * axis)
     for part in (slice(0, 3), slice(3, 6)):
-        x = wrenches[:, part].copy()
-        inner = (axis * x).sum(axis=1, keepdims=True)
-        wrenches[:, part] = c * x + s * np.cross(axis, x) + (1.0 - c) * inner * axis
+        wrenches[:, part] = turn.apply(wrenches[:, part])

@@ -11,13 +11,10 @@ import numpy as np
 from ...errors import InputError
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
-from .chunks import checksums_told
 from .layout import UNWRITTEN
 from .store import StudyStore, open_study
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
-# Rows read at a time.
-PIECE = 65536
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
 
     Raises:
         InputError: the folder is not a store of a study, or was damaged.
-        MissingExtraError: xarray or zarr is not installed.
+        MissingExtraError: xarray or dask is not installed.
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene
@@ -114,11 +111,7 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
         >>> summary.rows, len(summary.quantities[0].worst)
         (100, 1)
     """
-    with checksums_told():
-        return _summary(_opened(store), worst)
-
-
-def _summary(dataset: Any, worst: int) -> StudySummary:
+    dataset = _opened(store)
     status = dataset["status"].values
     codes, counts = np.unique(status[status != UNWRITTEN], return_counts=True)
     statuses = statuses_of(dataset)
@@ -165,11 +158,7 @@ def _opened(store: Any) -> Any:
 
 def sizes_of(variable: Any) -> tuple[str, np.ndarray]:
     """A label and one number a row: the number itself, or the norm of several."""
+    name = str(variable.name)
     if variable.ndim == 1:
-        return str(variable.name), variable.values
-    count = variable.shape[0]
-    sizes = np.empty(count)
-    for begin in range(0, count, PIECE):
-        part = variable[begin : begin + PIECE].values
-        sizes[begin : begin + PIECE] = np.sqrt((part.reshape(len(part), -1) ** 2).sum(axis=1))
-    return f"|{variable.name}|", sizes
+        return name, variable.values
+    return f"|{name}|", np.sqrt((variable**2).sum(variable.dims[1:], skipna=False)).values
