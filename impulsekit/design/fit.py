@@ -1,6 +1,6 @@
 """Restitution, friction and inertias from measured velocity jumps, with their uncertainty.
 
-Least squares on v⁺ by scipy, with the analytic derivatives of the impacts. The covariance
+Least squares on v⁺ by scipy, with derivatives by central differences. The covariance
 is that of the linear model at the fit, s² (JᵀJ)⁻¹ (Bates & Watts 1988); where the noise is not
 given or larger than given, no less than what the measurements differ by among themselves.
 """
@@ -75,8 +75,7 @@ def fit_impacts(
     ``RestitutionTable`` in the scene is e by approach speed: its values are fitted. The fit starts
     from the values in the first measurement's scene. If a friction coefficient has no effect at
     the end (a contact that sticks does not depend on µ), the fit is repeated from a better start.
-    From 24 measurements a scene on (6 with points) they are solved as batches, with derivatives by
-    differences.
+    Measurements of one scene are solved as a batch, with derivatives by differences.
 
     Args:
         measurements: the impacts, in one scene or in several with one robot.
@@ -138,7 +137,7 @@ class _Problem:
         self._low = np.array([parameter.low for parameter in self._parameters])
         self._high = np.array([parameter.high for parameter in self._parameters])
         self._read_measured()
-        self._solved = SolvedImpacts(self._measurements, self._parameters, bool(inertias))
+        self._solved = SolvedImpacts(self._measurements, self._parameters)
 
     def _read_measured(self) -> None:
         self._after, self._seen = [], []
@@ -163,7 +162,6 @@ class _Problem:
             if m.covariance is not None:
                 self._covariances[i] = _checked_covariance(m, i, nv)
         self._factors = np.ones(len(self._measurements))
-        self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
         count = sum(len(after) for after in self._after)
         self._freedom = count - len(self.names)
         if self._freedom < (1 if self._estimated else 0):
@@ -193,10 +191,8 @@ class _Problem:
                 self._carry_noise(start)
             if robust != "none":
                 self._factors[:] = 1.0
-                self._last = None
                 residual = self._both(start)[0]
                 self._factors = np.sqrt(block_weights(kind, self._blocks_of(residual)))
-            self._last = None
         return self._result(self._least_squares(start) if rounds > 1 else found, robust)
 
     def _carry_noise(self, x: np.ndarray) -> None:
@@ -204,7 +200,6 @@ class _Problem:
 
         The effective variance of Orear (1982): the first order of errors in variables.
         """
-        self._last = None
         for i, (by_q, by_v) in self._solved.slopes(x).items():
             own, seen = self._covariances[i], self._seen[i]
             to_residual = np.hstack([np.nan_to_num(by_q), np.nan_to_num(by_v), -np.eye(len(by_v))])
@@ -225,7 +220,6 @@ class _Problem:
             np.where(np.isfinite(self._low), self._low + INSIDE, -np.inf),
             np.where(np.isfinite(self._high), self._high - INSIDE, np.inf),
         )
-        self._last = None
 
         def from_start(start: np.ndarray) -> Any:
             return least_squares(
@@ -318,9 +312,6 @@ class _Problem:
 
     def _both(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (N,), fitted less measured, over sigma, and their Jacobian (N, P)."""
-        key = x.tobytes()
-        if self._last is not None and self._last[0] == key:
-            return self._last[1], self._last[2]
         residuals, rows = [], []
         whiteners = [w * f for w, f in zip(self._whiteners, self._factors, strict=True)]
         for (v_after, columns), after, seen, whiten in zip(
@@ -328,14 +319,7 @@ class _Problem:
         ):
             residuals.append(whiten @ (v_after[seen] - after))
             rows.append(whiten @ columns[seen])
-        residual, jacobian = np.concatenate(residuals), np.concatenate(rows)
-        if not np.isfinite(jacobian).all():
-            raise InputError(
-                "fit_impacts: redundant contacts hide the coefficients of one of them; give the "
-                "contacts that matter alone"
-            )
-        self._last = (key, residual, jacobian)
-        return residual, jacobian
+        return np.concatenate(residuals), np.concatenate(rows)
 
 
 def _all_measurements(given: Any) -> tuple[Measurement, ...]:

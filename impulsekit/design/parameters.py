@@ -18,9 +18,6 @@ from ..scene import JointStop, RestitutionTable, Rope, Scene
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..impact.contact_results import ContactResult
-    from ..impact.derivatives import Derivatives
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Measurement(OneLine):
@@ -80,6 +77,8 @@ class Parameter:
         speeds: of the points of that table [m/s]; none for a restitution that is one number.
         group: of the measurements that it is for; None for all.
         start, low, high: where the fit starts, and its bounds.
+        scale: the size of its values.
+        scale: the size of its values.
     """
 
     kind: str
@@ -91,6 +90,7 @@ class Parameter:
     contacts: tuple[str, ...] = ()
     speeds: tuple[float, ...] = ()
     group: str | None = None
+    scale: float = 1.0
 
     @property
     def name(self) -> str:
@@ -99,12 +99,6 @@ class Parameter:
         what = names[self.index] if names else self.kind
         where = f" at {self.speeds[self.index]:g} m/s" if self.speeds else ""
         return f"{self.entry}: {what}{where}" + (f", {self.group}" if self.group else "")
-
-    def share(self, approach_speed: float) -> float:
-        """de/dx at an approach speed: 1, or the hat of a point of a table."""
-        if not self.speeds:
-            return 1.0
-        return float(np.interp(approach_speed, self.speeds, np.eye(len(self.speeds))[self.index]))
 
 
 def parameters_of(
@@ -164,7 +158,11 @@ def parameters_of(
                     start = float(np.mean(own))
                     found.append(Parameter(kind, entry, k, start, 0.0, high, names, speeds, group))
     for joint, items in inertias.items():
-        values = scene.robot.model.inertias[scene.robot.joint_id(joint)].toDynamicParameters()
+        body = scene.robot.model.inertias[scene.robot.joint_id(joint)]
+        values = body.toDynamicParameters()
+        # tr I = 2 ∫ r² dm: first moments and products may be zero, and have its size.
+        second = 0.5 * float(np.asarray(values)[[4, 6, 9]].sum())
+        sizes = {"m": float(np.sqrt(body.mass * second)), "i": second}
         for item in items:
             if item not in INERTIA_PARAMETERS:
                 raise UnknownNameError.among(
@@ -172,7 +170,9 @@ def parameters_of(
                 )
             index = INERTIA_PARAMETERS.index(item)
             low = 0.0 if item in ("mass", "ixx", "iyy", "izz") else -np.inf
-            found.append(Parameter("inertia", joint, index, float(values[index]), low, np.inf))
+            start = float(values[index])
+            scale = (start if low == 0.0 else max(abs(start), sizes[item[0]])) or 1.0
+            found.append(Parameter("inertia", joint, index, start, low, np.inf, scale=scale))
     return found
 
 
@@ -204,7 +204,7 @@ def force_parameters_of(scene: Scene, forces: Mapping[str, Sequence[str]]) -> li
                     f"fit_motion: {item} of {entry}", start, "above 0, as the size looked about"
                 )
             index = FORCE_PARAMETERS.index(item)
-            found.append(Parameter("force", entry, index, start, 0.0, np.inf))
+            found.append(Parameter("force", entry, index, start, 0.0, np.inf, scale=start))
     return found
 
 
@@ -255,32 +255,6 @@ def _tied(given: str | Sequence[str], contacts: Mapping[str, Any]) -> tuple[str,
         if name not in contacts:
             raise UnknownNameError.among("contact", name, contacts, "fit_impacts")
     return entry, names
-
-
-def column_of(parameter: Parameter, found: Derivatives, group: str) -> np.ndarray:
-    """(nv,) dv⁺/dx of an impact."""
-    if parameter.kind == "inertia":
-        return found.dv_after_dinertia(parameter.entry)[:, parameter.index]
-    total = np.zeros(found.impact.scene.robot.nv)
-    if parameter.group not in (None, group):
-        return total
-    if parameter.kind == "friction":
-        for name in parameter.contacts:
-            total = total + found.dv_after_dfriction.get(name, 0.0)
-        return total
-    for contact in found.impact.contacts:
-        if contact.name in parameter.contacts and contact.touching:
-            share = parameter.share(_approach(contact)) if parameter.speeds else 1.0
-            total = total + share * found.dv_after_drestitution.get(contact.name, 0.0)
-    return total
-
-
-def _approach(contact: ContactResult) -> float:
-    """The approach speed of a contact, of a stop that of its joint."""
-    point = contact.points[0]
-    if point.normal is None:
-        return abs(float(contact.velocity_before[0]))
-    return max(-float(point.normal @ contact.velocity_before), 0.0)
 
 
 def scene_of(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,44 +16,41 @@ from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import GapConstraint, GapContact, Scene
 from ..tolerances import NONZERO
-from .parameters import Measurement, Parameter, changed_scene, column_of, scene_of
+from .parameters import Measurement, Parameter, changed_scene, scene_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# Below so many impacts a scene each is solved by itself, with exact derivatives.
-FEWEST_FOR_BATCH = 24
-# The same where each impact has a point, and so a scene and a plan, of its own.
-FEWEST_WITH_POINTS = 6
-# Step of central differences [of a coefficient]: truncation 1e-10, rounding 1e-10 of the speed.
-COEFFICIENT_STEP = 1e-5
+# Step of central differences [of a parameter's scale]: truncation and rounding 1e-10 of the speed.
+PARAMETER_STEP = 1e-5
 # Derivatives below this share of the largest speed are rounding of differences.
 NO_SLOPE = 1e-8
+# Values of the unknowns that are remembered: weights change where a fit has ended, the next one
+# begins there, and a step or two may have been tried behind it.
+REMEMBERED = 4
+
+# Of a measurement: v⁺ (nv,), its derivatives (nv, P) by the unknowns; (nv, nv) by q and v⁻.
+_Solved = tuple[np.ndarray, np.ndarray]
+_Slopes = tuple[np.ndarray, np.ndarray]
 
 
-def is_batch(measurements: Sequence[Measurement]) -> bool:
-    """Return whether so many impacts share a scene that batches are faster than one by one."""
-    fewest = FEWEST_WITH_POINTS if any(m.points for m in measurements) else FEWEST_FOR_BATCH
-    return len(measurements) >= fewest * len({id(m.scene) for m in measurements})
-
-
-class BatchedImpacts:
+class SolvedImpacts:
     """Measurements by scene, each solved as one batch at several values of the unknowns.
 
     Args:
         measurements: all of them.
-        parameters: coefficients of contacts; none of an inertia.
+        parameters: what is fitted.
     """
 
     def __init__(
         self, measurements: Sequence[Measurement], parameters: Sequence[Parameter]
     ) -> None:
-        self._parameters, self._count = parameters, len(measurements)
-        # Numbers vary by row; tables of e by speed need a scene for each value, and group.
-        self._tables = any(each.speeds for each in parameters)
+        self._measurements, self._parameters = tuple(measurements), parameters
+        # Numbers vary by row; e by speed and inertias need a scene for each value, and group.
+        self._varies_scene = any(each.speeds or each.kind == "inertia" for each in parameters)
         parts: dict[Any, list[int]] = {}
         for k, m in enumerate(measurements):
-            group = m.group if self._tables else None
+            group = m.group if self._varies_scene else None
             parts.setdefault((id(m.scene), group, tuple(sorted(m.points))), []).append(k)
         self._parts = []
         for (*_, names), rows in parts.items():
@@ -65,20 +62,62 @@ class BatchedImpacts:
             # Where contacts were measured they touched: their gaps are no news here.
             scene = own[0].scene.replace(gap_bound=np.inf)
             self._parts.append((scene, groups, np.array(rows), q, v, points))
+        self._known: dict[bytes, list[_Solved]] = {}
 
     def v_after(self, x: np.ndarray) -> list[np.ndarray]:
-        """(M,) of (nv,).
+        """(M,) of (nv,) v⁺ at values x (P,) of the unknowns.
 
         Raises:
             InputError: an impact that has no valid solution.
         """
         return self._solved(x[None])[0]
 
+    def at(self, x: np.ndarray) -> list[_Solved]:
+        """By measurement: v⁺ (nv,) and its derivatives (nv, P) at values (P,), by differences."""
+        key = x.tobytes()
+        if key not in self._known:
+            # Nothing is remembered of values that are refused.
+            self._known[key] = self._with_derivatives(x)
+            if len(self._known) > REMEMBERED:
+                del self._known[next(iter(self._known))]
+        return self._known[key]
+
+    def slopes(self, x: np.ndarray) -> dict[int, _Slopes]:
+        """∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv), of measurements with a covariance."""
+        slopes: dict[int, _Slopes] = {}
+        scenes: dict[Any, Scene] = {}
+        for i, m in enumerate(self._measurements):
+            if m.covariance is None:
+                continue
+            scene = scene_of(m, self._parameters, x, scenes)
+            if has_functions(scene):
+                slopes[i] = slopes_by_differences(scene, m.q, m.v_before)
+            else:
+                found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
+                slopes[i] = found.dv_after_dq, found.dv_after_dv
+        return slopes
+
+    def _with_derivatives(self, x: np.ndarray) -> list[_Solved]:
+        scales = np.array([each.scale for each in self._parameters])
+        low = np.maximum(x - PARAMETER_STEP * scales, [each.low for each in self._parameters])
+        high = np.minimum(x + PARAMETER_STEP * scales, [each.high for each in self._parameters])
+        several = np.tile(x, (1 + 2 * len(x), 1))
+        for i in range(len(x)):
+            several[1 + 2 * i, i], several[2 + 2 * i, i] = low[i], high[i]
+        found = []
+        for here, *sides in zip(*self._solved(several), strict=True):
+            changes = np.array(sides[1::2]) - np.array(sides[::2])
+            slopes = changes.T / (high - low)
+            largest = max(float(np.abs(here).max()), NONZERO)
+            slopes[np.abs(slopes) * scales < NO_SLOPE * largest] = 0.0
+            found.append((here, slopes))
+        return found
+
     def _solved(self, several: np.ndarray) -> list[list[np.ndarray]]:
         """v⁺ at each of (K, P) values: K lists of (M,) of (nv,)."""
-        found = [[np.empty(0)] * self._count for _ in several]
+        found = [[np.empty(0)] * len(self._measurements) for _ in several]
         for scene, groups, rows, q, v, points in self._parts:
-            if self._tables:
+            if self._varies_scene:
                 changed = [changed_scene(scene, self._parameters, x, groups[0]) for x in several]
                 batches = [solve_batch(each, q, v, points=points or None) for each in changed]
                 after = np.array([batch.v_after for batch in batches])
@@ -124,41 +163,6 @@ class BatchedImpacts:
             kind: {name: own.reshape(-1) for name, own in by_name.items()}
             for kind, by_name in found.items()
         }
-
-    def __call__(self, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """By measurement: v⁺ (nv,) and its derivatives (nv, P), by differences."""
-        low = np.maximum(x - COEFFICIENT_STEP, [p.low for p in self._parameters])
-        high = np.minimum(x + COEFFICIENT_STEP, [p.high for p in self._parameters])
-        several = np.tile(x, (1 + 2 * len(x), 1))
-        for i in range(len(x)):
-            several[1 + 2 * i, i], several[2 + 2 * i, i] = low[i], high[i]
-        solved = self._solved(several)
-        for k, own in enumerate(solved[0]):
-            slopes = np.array(
-                [
-                    (solved[2 + 2 * i][k] - solved[1 + 2 * i][k]) / (high[i] - low[i])
-                    for i in range(len(x))
-                ]
-            ).T
-            slopes[np.abs(slopes) < NO_SLOPE * max(float(np.abs(own).max()), NONZERO)] = 0.0
-            yield own, slopes
-
-
-def predicted(
-    measurements: Sequence[Measurement], parameters: Sequence[Parameter], x: np.ndarray
-) -> list[np.ndarray]:
-    """(M,) of (nv,) v⁺ at values x (P,) of the unknowns.
-
-    Raises:
-        InputError: an impact that has no valid solution.
-    """
-    if is_batch(measurements):
-        return BatchedImpacts(measurements, parameters).v_after(x)
-    kept: dict[Any, Scene] = {}
-    return [
-        solve_without_warnings(scene_of(m, parameters, x, kept), m.q, m.v_before).v_after
-        for m in measurements
-    ]
 
 
 # Step of central differences [m, rad, m/s, rad/s]: truncation 1e-10 of the speeds, and rounding
@@ -211,72 +215,3 @@ def slopes_by_differences(
     by_q = [(after(step, none) - after(-step, none)) / (2 * STEP) for step in steps]
     by_v = [(after(none, step) - after(none, -step)) / (2 * STEP) for step in steps]
     return np.array(by_q).T, np.array(by_v).T
-
-
-# Values of the unknowns that are remembered: weights change where a fit has ended, the next one
-# begins there, and a step or two may have been tried behind it.
-REMEMBERED = 4
-
-# Of a measurement: v⁺ (nv,), its derivatives (nv, P) by the unknowns; (nv, nv) by q and v⁻.
-_Solved = tuple[np.ndarray, np.ndarray]
-_Slopes = tuple[np.ndarray, np.ndarray]
-
-
-class SolvedImpacts:
-    """Measurements at values of the unknowns; the last few values are remembered.
-
-    Args:
-        measurements: all of them.
-        parameters: what is fitted; inertias: whether one of them is of an inertia.
-    """
-
-    def __init__(
-        self, measurements: Sequence[Measurement], parameters: Sequence[Parameter], inertias: bool
-    ) -> None:
-        self._measurements, self._parameters = tuple(measurements), parameters
-        functions = any(has_functions(m.scene) for m in measurements)
-        self._batched: BatchedImpacts | None = None
-        if (functions or is_batch(measurements)) and not inertias:
-            self._batched = BatchedImpacts(measurements, parameters)
-        self._known: dict[bytes, tuple[list[_Solved], dict[int, _Slopes]]] = {}
-
-    def at(self, x: np.ndarray) -> list[_Solved]:
-        """By measurement: v⁺ (nv,) and its derivatives (nv, P) at values (P,)."""
-        return self._of(x)[0]
-
-    def slopes(self, x: np.ndarray) -> dict[int, _Slopes]:
-        """∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv), of measurements with a covariance."""
-        slopes = self._of(x)[1] if self._batched is None else {}
-        scenes: dict[Any, Scene] = {}
-        for i, m in enumerate(self._measurements):
-            if m.covariance is None or i in slopes:
-                continue
-            scene = scene_of(m, self._parameters, x, scenes)
-            if has_functions(scene):
-                slopes[i] = slopes_by_differences(scene, m.q, m.v_before)
-            else:
-                found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
-                slopes[i] = found.dv_after_dq, found.dv_after_dv
-        return slopes
-
-    def _of(self, x: np.ndarray) -> tuple[list[_Solved], dict[int, _Slopes]]:
-        key = x.tobytes()
-        if key not in self._known:
-            slopes: dict[int, _Slopes] = {}
-            found = self._batched(x) if self._batched is not None else self._each(x, slopes)
-            # Nothing is remembered of values that are refused.
-            self._known[key] = list(found), slopes
-            if len(self._known) > REMEMBERED:
-                del self._known[next(iter(self._known))]
-        return self._known[key]
-
-    def _each(self, x: np.ndarray, slopes: dict[int, _Slopes]) -> Iterator[_Solved]:
-        scenes: dict[Any, Scene] = {}
-        for i, m in enumerate(self._measurements):
-            scene = scene_of(m, self._parameters, x, scenes)
-            impact = solve_without_warnings(scene, m.q, m.v_before)
-            found = derivatives(impact)
-            if m.covariance is not None:
-                slopes[i] = found.dv_after_dq, found.dv_after_dv
-            columns = [column_of(parameter, found, m.group) for parameter in self._parameters]
-            yield impact.v_after, np.array(columns).T

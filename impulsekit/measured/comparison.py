@@ -12,7 +12,7 @@ import pinocchio as pin
 from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
 from ..design.parameters import Measurement, groups_of, parameters_of
-from ..design.solved import predicted
+from ..design.solved import SolvedImpacts
 from ..display import Displayed, one_line
 from ..errors import ImpulsekitError, InputError
 from ..robot.arrays import lock
@@ -383,7 +383,7 @@ def _held_out(
     for part in range(int(parts.max()) + 1):
         held = np.flatnonzero(parts == part).tolist()
         fit, parameters = fitted([own[k] for k in np.flatnonzero(parts != part)])
-        found = predicted([own[k] for k in held], parameters, fit.values)
+        found = SolvedImpacts([own[k] for k in held], parameters).v_after(fit.values)
         for k, after in zip(held, found, strict=True):
             off = np.nan_to_num(np.array(own[k].v_after, dtype=float) - after)
             misses[k] = np.linalg.norm(roots[k] @ off)

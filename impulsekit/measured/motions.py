@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..design.parameters import (
-    INERTIA_PARAMETERS,
     Parameter,
     changed_scene,
     force_parameters_of,
@@ -227,7 +226,7 @@ class _Search:
         self._fitted, self._seed = np.array(fitted), seed
         self._progress, self._done = progress, 0
         self._log = np.array([each.kind in LOGARITHMIC for each in parameters])
-        self._searched = self._inner(np.array([_searched(each, scene) for each in parameters]).T).T
+        self._searched = self._inner(np.array([_searched(each) for each in parameters]).T).T
         self._kept: list[tuple[int, np.ndarray, float]] = []
         self._sizes = np.ones(2)
         self._failed = 0
@@ -375,18 +374,12 @@ class _Search:
         return notes
 
 
-def _searched(parameter: Parameter, scene: Scene) -> tuple[float, float]:
+def _searched(parameter: Parameter) -> tuple[float, float]:
     if parameter.kind == "friction":
         return FRICTION
     if parameter.kind == "restitution":
         return RESTITUTION
     if parameter.kind == "force":
         return parameter.start / FORCE, parameter.start * FORCE
-    body = scene.robot.model.inertias[scene.robot.joint_id(parameter.entry)]
-    # tr I = 2 ∫ r² dm: first moments and products may be zero, and are looked for in its scale.
-    second = 0.5 * float(body.toDynamicParameters()[[4, 6, 9]].sum())
-    scale = {"m": float(np.sqrt(body.mass * second)), "i": second}
-    name = INERTIA_PARAMETERS[parameter.index]
-    size = scale[name[0]] if parameter.low < 0.0 else 0.0
-    reach = INERTIA * max(abs(parameter.start), size)
+    reach = INERTIA * parameter.scale
     return max(parameter.start - reach, parameter.low), parameter.start + reach

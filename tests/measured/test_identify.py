@@ -210,7 +210,7 @@ def test_first_moments_and_products_are_looked_for_where_they_are_zero():
     scene = ball_scene()
     body = scene.robot.model.inertias[1]
     names = ["mass", "mx", "iyy", "ixz"]
-    found = [_searched(p, scene) for p in parameters_of(scene, [], [], {"root_joint": names})]
+    found = [_searched(p) for p in parameters_of(scene, [], [], {"root_joint": names})]
     radius = np.sqrt(0.5 * np.trace(body.inertia) / body.mass)
     assert body.lever == pytest.approx([0, 0, 0])
     reaches = [0.5 * body.mass, 0.5 * body.mass * radius, 0.5 * body.inertia[1, 1],
