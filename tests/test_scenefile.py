@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 import impulsekit as ik
-from impulsekit.errors import InputError, SceneFileError, StateError, UrdfError
+from impulsekit.errors import SceneFileError
 from impulsekit.scene import ReportPoint
 from impulsekit.scene.contacts import Contact
 from impulsekit.scenefile import SceneFile, dump_scene
@@ -109,17 +109,6 @@ def test_a_file_says_what_the_same_scene_in_python_says(load):
         ReportPoint("link_2"),
     )
     assert not file.q.flags.writeable and not file.v.flags.writeable
-
-
-def test_without_a_state_the_robot_is_neutral_and_at_rest(load):
-    file = load(PANDA)
-    assert not file.q.any() and not file.v.any() and file.scene.impulses == ()
-
-
-def test_whole_vectors_are_taken_in_pinocchios_layout(load):
-    file = load(PANDA + "[state]\nq = [1, 2, 3, 4, 5, 6, 7, 8, 9]\nv = [0, 0, 0, 0, 0, 0, 0, 0, 1]")
-    assert file.q.tolist() == [1, 2, 3, 4, 5, 6, 7, 8, 9]
-    assert file.v[8] == 1
 
 
 def test_paths_are_relative_to_the_file_not_to_the_working_directory(tmp_path, monkeypatch):
@@ -220,47 +209,11 @@ def test_placements_come_back_bit_for_bit(load):
     assert again.parts == robot.parts and again.model == robot.model
 
 
-def test_a_continuous_joint_keeps_its_cosine_and_sine(load):
-    robot = ik.Robot.from_example("solo8", root="freeflyer")
-    q = pin.integrate(robot.model, robot.neutral(), np.linspace(-3, 3, robot.nv))
-    file = load(dump_scene(ik.Scene(robot), q))
-    assert file.q.tobytes() == q.tobytes()
-
-
 def test_mimic_joints_come_back(load):
     robot = ik.Robot.from_example("pr2", mimic=True)
     text = dump_scene(ik.Scene(robot), robot.neutral())
     assert "mimic = true" in text
     assert load(text).scene.robot.model == robot.model
-
-
-def test_a_robot_from_text_is_written_with_its_text(load):
-    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2), root="planar")
-    again = load(dump_scene(ik.Scene(robot))).scene.robot
-    assert again.parts == robot.parts
-
-
-def test_a_file_that_changed_since_is_not_written_as_the_same_robot(tmp_path):
-    path = tmp_path / "rod.urdf"
-    path.write_text(ik.models.chain_urdf(1))
-    robot = ik.Robot.from_urdf(path, root="planar")
-    path.write_text(ik.models.chain_urdf(2))
-    with pytest.raises(UrdfError, match="changed"):
-        dump_scene(ik.Scene(robot))
-
-
-def test_what_a_file_cannot_hold_is_told():
-    model = ik.Robot.from_example("panda").model
-    with pytest.raises(InputError, match=r"pin\.Model"):
-        dump_scene(ik.Scene(ik.Robot.from_model(model)))
-    rod = ik.Robot.from_urdf(ik.models.chain_urdf(1), root=pin.JointModelSpherical())
-    with pytest.raises(InputError, match="JointModelSpherical"):
-        dump_scene(ik.Scene(rod))
-    twice = ik.combine(pair=ik.combine(rod=ik.Robot.from_urdf(ik.models.chain_urdf(1))))
-    with pytest.raises(InputError, match="combined twice"):
-        dump_scene(ik.Scene(twice))
-    with pytest.raises(StateError):
-        dump_scene(ik.Scene(ik.Robot.from_example("talos", "freeflyer")), np.zeros(39))
 
 
 def test_sections_are_fields_of_a_scene():
@@ -313,11 +266,3 @@ def test_all_faults_of_a_file_are_told_at_once_in_its_order(faults_of):
     assert len(faults) == len(wanted)
     for fault, pattern in zip(faults, wanted, strict=True):
         assert re.match(pattern, fault), fault
-
-
-def test_a_quaternion_off_unit_is_told(faults_of):
-    (fault,) = faults_of(
-        '[robot]\nexample = "talos"\nroot = "freeflyer"\n'
-        "[state.q]\nroot_joint = [0, 0, 0, 0, 0, 0, 1.1]"
-    )
-    assert fault.startswith("state.q.root_joint: ") and "length 1.1" in fault

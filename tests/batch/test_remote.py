@@ -47,23 +47,6 @@ def test_what_all_rows_share_is_left_whole_where_its_length_is_that_of_the_batch
     assert np.array_equal(lazy.v_after.compute(scheduler="synchronous"), here.v_after)
 
 
-def test_what_is_no_client(scene, tmp_path):
-    from impulsekit.study import Study, Variation, run_study
-
-    q, v = random_states(scene.robot, 2)
-    with pytest.raises(
-        ik.errors.InputError, match=r"client must be a distributed\.Client, got an int"
-    ):
-        ik.solve_batch(scene, q, v, client=1)
-    pushed = Variation("velocity", low=0.0, high=0.1)
-    study = Study(scene, q[0], v[0], samples=4, vary=[pushed])
-    with pytest.raises(
-        ik.errors.InputError, match=r"client must be a distributed\.Client, got an int"
-    ):
-        run_study(study, tmp_path / "rows", client=1)
-    assert not (tmp_path / "rows").exists()
-
-
 @pytest.mark.slow
 def test_a_client(scene):
     distributed = pytest.importorskip("distributed")

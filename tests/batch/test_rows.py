@@ -16,7 +16,6 @@ from .compare import random_states, worst_difference
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
 COUNT = 9
-TABLE = ik.RestitutionTable([0.1, 0.5, 1.0, 2.0], [0.9, 0.7, 0.75, 0.1])
 CORNERS = ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
 panda = cache(lambda: ik.Robot.from_example("panda"))
 solo = cache(lambda: ik.Robot.from_example("solo12", root="freeflyer"))
@@ -250,23 +249,6 @@ def test_few_rows_many_rows_and_threads_give_the_same_bits():
     assert not other.valid[bad].any() and np.isnan(other.v_after[bad]).all()
     good = np.setdiff1d(np.arange(37), bad)
     assert np.array_equal(other.v_after[good], many.v_after[good])
-
-
-def test_what_has_no_meaning_is_refused():
-    own = ik.Scene(ball(), contacts=[
-        ik.Contact("ball", friction=ik.EllipticFriction(0.8, 0.2), name="a"),
-        ik.Contact("ball", friction=0.3, name="b"),
-    ])  # fmt: skip
-    with pytest.raises(ik.errors.InputError, match="more than a number"):
-        ik.solve_batch(own, ball().neutral(), friction={"b": [0.1, 0.2]})
-    batch = ik.solve_batch(ik.Scene(ball()), ball().neutral()[None])
-    with pytest.raises(ik.errors.InputError, match="not requested"):
-        _ = batch.dv
-    foot = ik.Scene(solo(), contacts=feet("FR_FOOT", restitution=TABLE), gap_bound=np.inf)
-    q, v = random_states(solo(), 3)
-    given = ik.solve_batch(foot, q, v, restitution=0.6)
-    plain = ik.Scene(solo(), contacts=feet("FR_FOOT", restitution=0.6), gap_bound=np.inf)
-    np.testing.assert_allclose(given.v_after, ik.solve_batch(plain, q, v).v_after, atol=1e-13)
 
 
 def test_a_row_that_cannot_be_is_flagged_and_the_others_solved():

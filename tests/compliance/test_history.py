@@ -145,23 +145,3 @@ def test_peak_joint_loads_are_those_of_a_compliant_motion():
     pin.centerOfMass(model, data, y[:2], y[2:], a)
     carried = data.mass[0] * data.acom[0][0] - forces[top]
     assert found.peak_reactions["joint_1"][0] == pytest.approx(carried, rel=1e-2)
-
-
-def test_what_has_no_history_says_why():
-    with pytest.raises(ik.errors.RangeError, match="HuntCrossley must be above 0"):
-        force_history(dropped(0.0), HuntCrossley(1e6))
-    assert force_history(dropped(0.0), RUBBER).duration == pytest.approx(
-        force_history(dropped(1.0), RUBBER).compression
-    )
-    with pytest.raises(ik.errors.RangeError, match=r"at most 0\.5 J"):
-        force_history(dropped(0.5), MeasuredCurve([0, 0.01], [0, 100.0]))
-    with pytest.raises(ik.errors.InputError, match="no contact carries"):
-        force_history(dropped(0.5, speed=-1.0), RUBBER)
-    with pytest.raises(ik.errors.UnknownNameError, match="floor"):
-        force_history(dropped(0.5), RUBBER, "flor")
-    with pytest.raises(ik.errors.InputError, match="not a list"):
-        force_history([], RUBBER)
-    blow = ik.AppliedImpulse("ball", linear=[0, 0, -1])
-    scene = ik.Scene(BALL, [blow], contacts=dropped(0.5).scene.contacts, gap_bound=np.inf)
-    with pytest.raises(ik.errors.InputError, match="applied impulse"):
-        force_history(ik.solve(scene, BALL.neutral(), BALL.velocity()), RUBBER)

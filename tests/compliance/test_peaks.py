@@ -1,7 +1,6 @@
 """Peak forces of many states: as those of single ones, which closed forms hold."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -65,19 +64,3 @@ def test_a_bad_row_is_marked_and_stops_none():
     v[1, 0] = np.nan
     found = peak_forces(scene_of(FLOOR), BALL.neutral(), v, RUBBER)
     assert np.isnan(found.peak_force).tolist() == [False, True, False]
-
-
-def test_what_has_no_peaks_says_why():
-    q, v = BALL.neutral(), np.array([[0, 0, -1.0, 0, 0, 0]] * 2)
-    with pytest.raises(ik.errors.InputError, match="takes a Scene"):
-        peak_forces(BALL, q, v, RUBBER)
-    with pytest.raises(ik.errors.InputError, match="curve must be"):
-        peak_forces(scene_of(FLOOR), q, v, 1e6)
-    with pytest.raises(ik.errors.InputError, match="2 contacts"):
-        peak_forces(scene_of(FLOOR, replace(FLOOR, name="other")), q, v, RUBBER)
-    with pytest.raises(ik.errors.InputError, match="Newton"):
-        peak_forces(scene_of(FLOOR, law=ik.Law("poisson")), q, v, RUBBER)
-    with pytest.raises(ik.errors.RangeError, match=r"at most 0\.05 J"):
-        peak_forces(scene_of(FLOOR), q, 9 * v, MeasuredCurve([0, 0.01], [0, 10.0]))
-    with pytest.raises(ik.errors.RangeError, match=r"above 0\.03"):
-        peak_forces(scene_of(FLOOR), q, v, HuntCrossley(1e6), restitution=0.0)

@@ -175,20 +175,3 @@ def test_three_balls_in_sequence_and_in_waves():
     way = solve_ivp(rates, [0, 30], [0, 0, 0, 1, 0, 0], rtol=1e-10, atol=1e-12, max_step=0.01)
     assert found == pytest.approx(way.y[3:, -1], abs=1e-6)
     assert found @ masses @ found == pytest.approx(1.0, rel=1e-11)
-
-
-def test_a_stiff_contact_acts_before_a_soft_one():
-    """With springs a millionfold apart waves come to the sequence."""
-    W, u, after = row_of_balls(1.0, 2.0, 3.0)
-    found = after(waves(W, u, np.ones(2), np.zeros(2), np.array([1e6, 1.0]), exponent=1.0))
-    first = -1.0 / 3.0, 2.0 / 3.0
-    second = first[1] * -0.2, first[1] * 0.8
-    assert found == pytest.approx([first[0], second[0], second[1]], abs=2e-3)
-
-
-def test_one_contact_that_regains_work():
-    """Waves of one contact are Stronge's law, with friction and without."""
-    rng = np.random.default_rng(6)
-    W, u, mu = random_problem(rng)
-    P = waves(W, u, np.array([0.6]), mu, np.ones(1))
-    assert pytest.approx(struck_along_path(W, u, 0.6, mu[0], "stronge"), rel=1e-8) == P

@@ -81,6 +81,7 @@ def test_inertias_of_a_link():
 
 
 @pytest.mark.slow
+@pytest.mark.sweep
 @pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
 def test_intervals_cover_as_they_say(told):
     scene, throws = thrown(0.55, 0.25, count=3)
@@ -97,23 +98,6 @@ def test_intervals_cover_as_they_say(told):
         low, high = fit(noisy).intervals(0.95).T
         covered += (low <= [0.6, 0.3]) & (high >= [0.6, 0.3])
     assert ((covered / runs >= 0.90) & (covered / runs <= 0.99)).all()
-
-
-def test_what_cannot_be_fitted_is_said():
-    scene, throws = thrown()
-    good = measured(scene, scene, throws[:1], 1e-3, np.random.default_rng(0))
-    with pytest.raises(ik.errors.InputError, match="no measurements"):
-        fit_impacts([], restitution=["floor"])
-    with pytest.raises(ik.errors.InputError, match="nothing is to be found"):
-        fit_impacts(good)
-    with pytest.raises(ik.errors.UnknownNameError):
-        fit_impacts(good, friction=["ceiling"])
-    with pytest.raises(ik.errors.UnknownNameError):
-        fit_impacts(good, inertias={"root_joint": ["weight"]})
-    with pytest.raises(ik.errors.RangeError, match="sigma"):
-        fit_impacts([Measurement(scene, *throws[0], np.zeros(6), 0.0)], friction=["floor"])
-    with pytest.raises(ik.errors.InputError, match="too few"):
-        fit_impacts([Measurement(scene, *throws[0], [*[np.nan] * 5, 1.0])], friction=["floor"])
 
 
 def test_what_no_contact_tells_is_said_and_is_not_converged():

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 import impulsekit as ik
+from impulsekit.compliance import HuntCrossley, MeasuredCurve, force_history, peak_forces
 
 from .fault import Fault
 from .things import arm, ball, both, resting, struck
@@ -22,6 +23,8 @@ STRUCK, RESTING = struck(), resting()
 Q, V = [0.1, 0.2], [0.0, 0.0]
 FALL = BALL.velocity(root_joint=[0, 0, -1, 0, 0, 0])
 FUNCTION = ik.GapConstraint(lambda q: q[0])
+FLOOR = RESTING.contacts[0]
+RUBBER = MeasuredCurve([0, 0.01], [0, 100.0])
 GRIPS = ik.Contact("ball", adhesion=1.0, holding_force=9.0)
 
 
@@ -70,6 +73,33 @@ def points(given):
     return lambda: ik.solve_batch(RESTING, BALL.neutral(), [FALL, FALL], points=given)
 
 
+def history(curve, *args, v=FALL, **entries):
+    return lambda: force_history(solved(FLOOR, v=v, **entries), curve, *args)
+
+
+def peaks(*contacts, curve=RUBBER, v=FALL, **given):
+    law = given.pop("law", ik.Law())
+    scene = ik.Scene(BALL, contacts=contacts or [FLOOR], law=law)
+    return lambda: peak_forces(scene, BALL.neutral(), [v], curve, **given)
+
+
+def placed(*args, **given):
+    return lambda: ik.place(BOTH, BOTH.neutral(), *args, **given)
+
+
+def at_once(*given):
+    return lambda: ik.solve(STRUCK, Q, V, impulses=given[0])
+
+
+def gives(value):
+    return lambda *_: value
+
+
+WRONG_VALUES = {
+    "a text": "strong", "texts": ["1", "2", "3"], "nothing": None, "complex numbers": [1j, 0, 0],
+    "a truth value": True, "two numbers": [1.0, 2.0], "a column": np.zeros((3, 1)),
+    "a NaN": [0.0, NAN, 0.0], "a ragged list": [[1.0], [2.0, 3.0]],
+}  # fmt: skip
 AT_ONCE = [ik.Contact("ball", at=[x, 0, 0], friction=0.3, restitution=0.5) for x in (0.0, 0.1)]
 STRONGE, LZB = ik.Law("stronge", "path"), ik.Law("lzb")
 
@@ -245,6 +275,45 @@ _ROWS: tuple[tuple[str, Callable[[], Any]], ...] = (
     ("a batch: points without a name", points([0, 0, 0])),
     ("a batch: a point of NaN", points({"floor": [NAN, 0, 0]})),
     ("a plane whose axes are askew", made(ik.models.planar_root, [1, 0, 0], [1, 0, 1])),
+    # What functions give
+    *((f"a force: a function gives {what}", lambda value=value: ik.simulate(ik.Scene(BALL, forces=[ik.AppliedForce("ball", gives(value), name="gust")]), BALL.neutral(), FALL, 0.1)) for what, value in WRONG_VALUES.items()),
+    *((f"a torque: a function gives {what}", lambda value=value: ik.simulate(ik.Scene(ARM, forces=[ik.Actuator("elbow", gives(value), name="motor")]), Q, V, 0.1)) for what, value in WRONG_VALUES.items()),
+    *((f"a restitution: a function gives {what}", bounced(gives(value))) for what, value in WRONG_VALUES.items()),
+    # Forces over time and their peaks
+    ("a history: no restitution by Hunt and Crossley", lambda: force_history(solved(ik.Contact("ball")), HuntCrossley(1e6))),
+    ("a history: more energy than the curve", lambda: force_history(solved(FLOOR, v=9.0 * FALL), RUBBER)),
+    ("a history: of an unknown contact", history(RUBBER, "flor")),
+    ("a history: of a list", lambda: force_history([], RUBBER)),
+    ("peaks: of a robot", lambda: peak_forces(BALL, BALL.neutral(), [FALL], RUBBER)),
+    ("peaks: a number for a curve", peaks(curve=1e6)),
+    ("peaks: of two contacts", peaks(FLOOR, ik.Contact("ball"))),
+    ("peaks: under Poisson's law", peaks(law=ik.Law("poisson"))),
+    ("peaks: more energy than the curve", peaks(v=9.0 * FALL)),
+    # Other numbers of impulses, and places
+    ("other impulses: an unknown blow", at_once({"blwo": [0, 0, 1]})),
+    ("other impulses: two numbers", at_once({"blow": [0, 0]})),
+    ("other impulses: rows for one state", at_once({"blow": np.zeros((2, 3))})),
+    ("other impulses: nan", at_once({"blow": [0, 0, NAN]})),
+    ("a place: of an unknown frame", placed("ball/bal", at_frame="arm/hand")),
+    ("a place: of what a joint moves", placed("arm/hand", at_frame="ball/ball")),
+    ("a place: at itself", placed("ball/ball", at_frame="ball/ball")),
+    ("a place: of what is fixed", placed("arm/base", at_frame="ball/ball")),
+    ("a place: a mirror for a rotation", placed("ball/ball", rotation=np.diag([1.0, 1.0, -1.0]))),
+    ("a place: two numbers", placed("ball/ball", at=[1, 2])),
+    ("a pose: two rotations", made(ik.pose, rpy=[0, 0, 0], wxyz=[1, 0, 0, 0])),
+    ("a pose: a quaternion of zeros", made(ik.pose, wxyz=[0, 0, 0, 0])),
+    ("a pose: two angles", made(ik.pose, rpy=[0, 0])),
+    ("a robot that stands on nothing", lambda: BALL.stand(BALL.neutral())),
+    ("an arm that stands", lambda: ARM.with_ground().stand(Q)),
+    ("collisions with a ground that is not there", lambda: ik.collisions(ARM, "*", "ground")),
+    ("collisions of an unknown link", lambda: ik.collisions(ARM, "fore_am")),
+    ("collisions of a link without geometry", lambda: ik.collisions(ARM, "hand")),
+    ("collisions by a word that is none", lambda: ik.Scene(ARM, collisions="none")),
+    ("a constraint: a number for directions", made(ik.FrameAnchor, "a", "b", directions=3)),
+    ("a constraint: a number for a joint", made(ik.JointCoupling, "a", 3)),
+    ("a batch: a number for a client", lambda: ik.solve_batch(STRUCK, Q, V, client=1)),
+    ("a batch: friction beside what is no number", lambda: ik.solve_batch(ik.Scene(BALL, contacts=[ik.Contact("ball", friction=ik.EllipticFriction(0.8, 0.2), name="a"), FLOOR]), BALL.neutral(), friction={"floor": [0.1, 0.2]})),
+    ("a batch: an output that was not asked for", lambda: ik.solve_batch(STRUCK, Q, V).dv),
     # Sentences that send to the right place
     ("a collision with a ground that is not there", touch(ik.Collision, "fore_arm", "ground", robot=ARM)),
     ("a contact against the ground", touch(ik.Contact, "ball", against="ground")),

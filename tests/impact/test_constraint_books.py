@@ -13,32 +13,6 @@ from ..robots import random_state
 from .test_constraints import solved
 
 
-def test_a_stance_foot_rolls_on_while_the_other_strikes():
-    talos = ik.Robot.from_example("talos", root="freeflyer")
-    q, v = random_state(talos, 4)
-    # The left foot rolls over its toe: the toe stands, the foot turns.
-    toe = ik.FrameAnchor(
-        "left_sole_link", at=(0.1, 0, 0), velocity=(0, 0, 0, 0.2, 1.5, -0.1), name="toe"
-    )
-    v = solved(talos, [toe], v, q).v_after
-    stance = ik.FrameAnchor("left_sole_link", at=(0.1, 0, 0), velocity="kept", name="stance")
-    landing = ik.FrameAnchor("right_sole_link", name="landing")
-    impact = solved(talos, [stance, landing], v, q)
-    toe_before, toe_after, heel_before, heel_after = (
-        getattr(impact.velocity_at("left_sole_link", at), when)
-        for at in ((0.1, 0, 0), (-0.1, 0, 0))
-        for when in ("before", "after")
-    )
-    close(toe_before, 0, 1e-12)
-    close(toe_after, 0, 1e-12)
-    assert np.linalg.norm(heel_before) > 0.2
-    close(heel_after, heel_before, 1e-12)
-    close(impact.velocity_at("right_sole_link").after, 0, 1e-12)
-    assert np.linalg.norm(impact.velocity_at("right_sole_link").before) > 0.2
-    assert impact.energy.imbalance < 1e-12
-    assert np.linalg.norm(impact.constraints[0].impulse) > 0.1
-
-
 @pytest.mark.parametrize("axes", ["world", "local"])
 def test_prescribed_velocities_are_reached(axes):
     talos = ik.Robot.from_example("talos", root="freeflyer")

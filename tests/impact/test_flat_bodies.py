@@ -1,7 +1,5 @@
 """Flat bodies that collide are carried by all their corners, though some are deeper than others."""
 
-import warnings
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,49 +7,6 @@ import pytest
 import impulsekit as ik
 
 from ..robots import one_body
-
-SIDES = ("left", "right")
-
-
-def landing_talos():
-    """Talos over the ground, its soles some tenths of a millimetre inside, and its foot frames."""
-    robot = ik.Robot.from_example("talos", root="freeflyer").with_ground()
-    q = robot.neutral()
-    q[2] += 0.107 - robot.placement(q, "leg_left_6_link").position[2]
-    return robot, q, robot.velocity(root_joint=[0, 0, -1, 0, 0, 0])
-
-
-def soles(robot, q):
-    """Four corners of each sole: those of the box around what of the foot is below 1 mm."""
-    for side in SIDES:
-        link = f"leg_{side}_6_link"
-        place = robot.placement(q, link)
-        (item,) = (
-            item
-            for item in robot.collision_model.geometryObjects
-            if robot.model.frames[item.parentFrame].name == link
-        )
-        points = np.array(item.geometry.vertices())
-        own = robot.model.frames[item.parentFrame].placement.actInv(item.placement)
-        points = points @ own.rotation.T + own.translation
-        low = points[points @ place.rotation[2] + place.position[2] < 1e-3]
-        (x, y, z), (u, w, _) = low.min(axis=0), low.max(axis=0)
-        yield from ((link, corner) for corner in ((x, y, z), (x, w, z), (u, y, z), (u, w, z)))
-
-
-def test_flat_feet_get_the_impulse_of_their_corners():
-    robot, q, v = landing_talos()
-    links = [f"leg_{side}_6_link" for side in SIDES]
-    feet = [ik.Collision(link, "ground", friction=0.7) for link in links]
-    corners = [ik.Contact(link, at=at, friction=0.7) for link, at in soles(robot, q)]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        by_bodies = ik.solve(ik.Scene(robot, contacts=feet), q, v)
-        by_points = ik.solve(ik.Scene(robot, contacts=corners), q, v)
-    wanted = np.array([c.impulse for c in by_points.contacts]).reshape(2, 4, 3).sum(axis=1)
-    got = np.array([c.impulse for c in by_bodies.contacts])
-    assert got[:, 2] == pytest.approx(wanted[:, 2], rel=0.02)
-
 
 BOX = one_body("box", 3, 0.02, '<box size="0.2 0.2 0.2"/>')
 SLAB = one_body("slab", 1, 1, '<box size="2 2 0.2"/>', root="fixed")

@@ -1,6 +1,7 @@
 """Static and kinetic µ, µ by slip speed and by direction, at impacts, by closed forms."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -44,9 +45,14 @@ def test_by_slip_speed():
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 2.0])
 def test_by_direction(angle):
-    """Slip is opposed along (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²), in axes that are turned."""
-    along = [np.cos(angle), np.sin(angle), 0.3]
-    impact = struck([0, 0, 0], ik.EllipticFriction(0.5, 0.1, along=along), v=(2.0, 1.0, -1.0))
+    """Slip is opposed along (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²), in the axes of a turned floor."""
+    floor = ik.Robot.from_urdf("models/floor.urdf")
+    turned = pin.SE3(pin.rpy.rpyToMatrix(0, 0, angle), np.zeros(3))
+    world = ik.combine(a=BOX, floor=floor, placements={"floor": turned})
+    ribs = ik.EllipticFriction(0.5, 0.1, along=[1, 0, 0.3])
+    contact = ik.Contact("a/block", against="floor/floor", friction=ribs)
+    v = world.velocity({"a/root_joint": [2.0, 1.0, -1.0, 0, 0, 0]})
+    impact = ik.solve(ik.Scene(world, contacts=[contact]), world.neutral(), v)
     point = impact.contacts[0].points[0]
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     slip, P = turn.T @ point.velocity_after[:2], turn.T @ point.impulse[:2]

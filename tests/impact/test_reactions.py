@@ -10,7 +10,6 @@ from benchmarks.truths.maximal import impact_of_free_bodies
 from impulsekit.impact.freed import freed_joint
 from impulsekit.reference import KaneSystem, Load
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
-from impulsekit.scene.constraints import DIRECTIONS
 
 from ..close import close
 from ..reference.models import FOUR_BAR
@@ -30,63 +29,6 @@ def held_talos(seed=3):
         ik.PointAnchor("gripper_right_base_link", "head_2_link", at=(0, 0, 0.1)),
     ]
     return ik.solve(ik.Scene(robot, [random_blow(STRUCK["talos"], seed)], feet), q, v)
-
-
-def unbalance(impact, urdf, root):
-    """Largest force and moment that a link is short of, over the largest that acts on one.
-
-    Masses and places are the reference's; the impulses are those of the scene.
-    """
-    system = KaneSystem.from_urdf(urdf, root)
-    at, tree = system.kinematics(impact.q), system
-    short = np.zeros((len(tree.bodies), 6))
-    sizes, borne_by_the_world = [0.0], []
-
-    def add(body, wrench, point):
-        if body >= 0:
-            couple = wrench[3:] + np.cross(point - at.mass_centres[body], wrench[:3])
-            short[body] += [*wrench[:3], *couple]
-            sizes.append(np.abs([*wrench[:3], *couple]).max())
-
-    def place(frame, local):
-        body = tree.body_of_link(frame)
-        if body < 0:
-            return body, np.array(local), np.eye(3)
-        return body, at.origins[body] + at.rotations[body] @ local, at.rotations[body]
-
-    def on_link(frame, local, wrench, axes):
-        body, point, turned = place(frame, local)
-        if axes == "local":
-            wrench = np.concatenate([turned @ wrench[:3], turned @ wrench[3:]])
-        add(body, wrench, point)
-        return wrench, point
-
-    for entry in impact.scene.impulses:
-        if isinstance(entry, ik.AppliedImpulse):
-            on_link(entry.frame, entry.at, np.array([*entry.linear, *entry.angular]), entry.axes)
-    for entry, result in zip(impact.scene.constraints, impact.constraints, strict=True):
-        if not hasattr(entry, "at"):
-            continue
-        wrench = np.zeros(6)
-        wrench[[DIRECTIONS.index(row) for row in result.rows]] = result.impulse
-        received, point = on_link(entry.frame, entry.at, wrench, getattr(entry, "axes", "world"))
-        add(tree.body_of_link(entry.other), -received, point)
-    for k, body in enumerate(tree.bodies):
-        jump = impact.bodies[body.name]
-        if body.joint.name not in impact.reactions:
-            assert body.parent < 0 and root == "fixed" and not jump.dv_com.any()
-            borne_by_the_world.append(k)
-            continue
-        add(k, impact.reactions[body.joint.name], at.origins[k])
-        add(body.parent, -impact.reactions[body.joint.name], at.origins[k])
-        short[k] -= [*(body.mass * jump.dv_com), *(at.inertias[k] @ jump.domega)]
-    short[borne_by_the_world] = 0.0
-    return np.abs(short).max() / max(sizes)
-
-
-def test_they_balance_under_constraints():
-    impact = held_talos()
-    assert unbalance(impact, impact.scene.robot.parts[0].urdf, "freeflyer") < 1e-12
 
 
 @pytest.mark.parametrize("name", ["icub", "icub_reduced"])

@@ -4,7 +4,6 @@ import json
 import re
 from dataclasses import replace
 from time import process_time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,8 +14,6 @@ from impulsekit.cli import main
 from impulsekit.design.parameters import changed_scene, parameters_of
 from impulsekit.errors import ImpulsekitError, InputError
 from impulsekit.measured import Recording, fit_motion, identify
-from impulsekit.measured.motion_search import design_points, least_of
-from impulsekit.measured.motions import _Search, _searched
 from impulsekit.measured.rollouts import Rollouts
 from tests.measured.bodies import G, ball_scene, bouncing_ball, noisy
 
@@ -107,29 +104,6 @@ def test_motions_follow_e_by_speed():
     assert min(off(0.5, 0.4), off(0.6, 0.5), off(0.4, 0.6)) > 5.0 * truth
 
 
-def test_a_value_at_the_edge_of_the_last_box_is_said():
-    search = _Search.__new__(_Search)
-    search._parameters = [SimpleNamespace(name="e"), SimpleNamespace(name="mu")]
-    search._log, search._failed = np.zeros(2, dtype=bool), 0
-    search._searched, search.samples = np.array([[0, 1.0], [0, 1.0]]), np.full((5, 2), 0.5)
-    search.low, search.high = np.array([0.0, 0.2]), np.array([0.3, 0.4])
-    # The edge of the first box is no edge of a last one.
-    search.centre = np.array([0.001, 0.201])
-    notes = search._notes(np.zeros((1, 2)), np.zeros((0, 2)))
-    assert len(notes) == 1 and notes[0].startswith("mu lies at the edge of the last box, 0.2 to")
-
-
-def test_the_least_point_of_a_loss_of_the_form_of_a_mean_distance():
-    low, high = np.array([-1.0, 0.0]), np.array([2.0, 4.0])
-    points = design_points(low, high, 12, 0)
-    truth = np.array([0.4, 2.5])
-    losses = np.sqrt(0.3 + ((points - truth) ** 2 * [1.0, 0.2]).sum(axis=1))
-    assert least_of(points, losses, low, high) == pytest.approx(truth, abs=1e-3)
-    # Outside the box its nearest point is found, not a corner of a wrong curvature.
-    losses = np.sqrt(0.3 + ((points - [3.0, 2.5]) ** 2).sum(axis=1))
-    assert least_of(points, losses, low, high) == pytest.approx([2.0, 2.5], abs=1e-2)
-
-
 def run(*arguments):
     return CliRunner().invoke(main, [str(a) for a in arguments], prog_name="impulsekit")
 
@@ -204,18 +178,6 @@ def test_what_identify_cannot_take_is_said(balls):
         InputError, match=r'takes a list of contacts, got "floor"; give \["floor"\]'
     ):
         fit_motion(recordings, scene, friction="floor")
-
-
-def test_first_moments_and_products_are_looked_for_where_they_are_zero():
-    scene = ball_scene()
-    body = scene.robot.model.inertias[1]
-    names = ["mass", "mx", "iyy", "ixz"]
-    found = [_searched(p) for p in parameters_of(scene, [], [], {"root_joint": names})]
-    radius = np.sqrt(0.5 * np.trace(body.inertia) / body.mass)
-    assert body.lever == pytest.approx([0, 0, 0])
-    reaches = [0.5 * body.mass, 0.5 * body.mass * radius, 0.5 * body.inertia[1, 1],
-               0.5 * body.mass * radius**2]  # fmt: skip
-    assert [0.5 * (high - low) for low, high in found] == pytest.approx(reaches)
 
 
 BOUNCE = ("examples/one_bounce.csv", "examples/dropped_ball.toml")

@@ -16,7 +16,7 @@ from impulsekit.errors import (
     StateError,
     UnknownNameError,
 )
-from impulsekit.measured import Recording, RecordingFormat, load_recordings, rosbag
+from impulsekit.measured import Recording, RecordingFormat, load_recordings
 from tests.measured.bodies import flying_body
 
 BALL = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
@@ -301,15 +301,3 @@ def test_an_odometry_is_read_for_its_poses_and_its_twists_are_said_to_be_left(tr
     (recording,) = load_recordings(tmp_path / "bag", BALL)
     same(recording, truth)
     assert recording.v is None and "twists of /odom are not read" in recording.notes[0]
-
-
-def test_joints_are_not_guessed_before_and_after_their_messages():
-    times, stamps, seen = np.array([0.0, 1.5, 4.0]), np.array([1.0, 2.0]), np.array([3.0, 5.0])
-    at_poses = rosbag._between(times, stamps, seen, "/joint_states")
-    assert at_poses[1] == 4.0
-    cut = rosbag._within({"t": times, "q.knee": at_poses}, 1.0, 2.0)
-    assert cut["t"].tolist() == [1.5] and cut["q.knee"].tolist() == [4.0]
-    with pytest.raises(InputError, match="no pose of the bag"):
-        rosbag._within({"t": times}, 2.0, 3.0)
-    with pytest.raises(InputError, match="run back"):
-        rosbag._between(times, stamps[::-1], seen, "/joint_states")

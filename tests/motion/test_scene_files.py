@@ -131,31 +131,3 @@ def test_the_command_says_why_it_stopped(tmp_path):
     result = CliRunner().invoke(main, ["simulate", str(path), "-t", "-1"])
     assert result.exit_code == 2
     assert "duration" in result.stderr
-
-
-def test_on_a_terminal_there_is_a_bar(monkeypatch):
-    from impulsekit.cli import common
-
-    class Terminal:
-        def __init__(self):
-            self.text = ""
-
-        def isatty(self):
-            return True
-
-        def write(self, text):
-            self.text += text
-
-        def flush(self):
-            pass
-
-    terminal = Terminal()
-    assert common.bar_on_terminal("s") is None
-    monkeypatch.setattr(common.sys, "stderr", terminal)
-    tell = common.bar_on_terminal("s", delay=0.5)
-    # tqdm waits before it shows a bar, so short runs stay without.
-    tell(0.1, 10.0)
-    assert terminal.text == ""
-    tell(10.0, 10.0)
-    common.bar_on_terminal("s")(1.0, 10.0)
-    assert "0/10" in terminal.text

@@ -123,16 +123,6 @@ def spatial_impulse(model, data, name, linear, angular, at):
     return owner, data.oMi[owner].actInv(point.act(pin.Force(np.array(linear), np.array(angular))))
 
 
-def jacobian_at(model, q, name, at):
-    """Pinocchio's Jacobian (6, nv) of a point of a link, world axes, linear before angular."""
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, q)
-    frame = model.getFrameId(name, pin.FrameType.BODY)
-    jacobian = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
-    arm = pin.skew(data.oMf[frame].rotation @ np.asarray(at))
-    return np.vstack([jacobian[:3] - arm @ jacobian[3:], jacobian[3:]])
-
-
 def relative(found, wanted):
     """Largest difference over the largest entry wanted; 0 where both are empty or zero."""
     found, wanted = np.asarray(found), np.asarray(wanted)

@@ -185,36 +185,6 @@ def test_freed_joints_carry_whittakers_pin_impulses(case):
 # -- impacts of robots ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
-def test_books_of_an_impact_close(root):
-    system = KaneSystem.from_urdf(EVERY_KIND, root)
-    q, y = random_state(pinocchio_model(EVERY_KIND, root), 31)
-    blow = Load("tool", (1, 2, 3), (0.3, 0.1, -0.2), (0.1, 0.2, 0.3), axes="local")
-    rows = system.stack(
-        system.rows_at_point(q, "arm", "drone", (0.1, 0, 0), (0, 0.1, 0), target=[1, 2, 3]),
-        system.rows_of_turning("wheel", "world", [[0, 0.6, 0.8]]),
-        system.rows_on_speeds(np.eye(system.n)[:1], [0.5]),
-    )
-    impact = system.impact(q, y, [blow], {"elbow": 0.4}, rows)
-    jump = impact.momentum_after - impact.momentum_before
-    assert jump == pytest.approx(impact.generalized_impulse, abs=1e-12)  # eq. (28)
-    assert impact.generalized_masses @ impact.dy == pytest.approx(jump, abs=1e-12)  # eq. (32)
-    # The rows hold afterwards.
-    at = system.kinematics(q)
-    velocity, spin = at.velocities(np.array(impact.y_after))
-    k, j = system.body_of_link("arm"), system.body_of_link("drone")
-    here = at.origins[k] + at.rotations[k] @ [0.1, 0, 0] - at.mass_centres[k]
-    there = at.origins[j] + at.rotations[j] @ [0, 0.1, 0] - at.mass_centres[j]
-    apart = velocity[k] + np.cross(spin[k], here) - velocity[j] - np.cross(spin[j], there)
-    assert apart == pytest.approx([1, 2, 3], abs=1e-11)
-    turning = spin[system.body_of_link("wheel")] @ [0, 0.6, 0.8]
-    assert turning == pytest.approx(0, abs=1e-11)
-    assert impact.y_after[0] == pytest.approx(0.5, abs=1e-11)
-    # Energy changes by the work: the impulse times the mean of the speeds before and after.
-    work = impact.generalized_impulse @ (impact.y_before + impact.y_after) / 2
-    assert impact.energy_after - impact.energy_before == pytest.approx(work, rel=1e-10)
-
-
 @pytest.mark.parametrize("numbers", [Arithmetic.double(), FIFTY])
 def test_rows_that_contradict_each_other_are_named(numbers):
     system = KaneSystem.from_urdf(rods(2, "12", "1", "1"), "planar", arithmetic=numbers)

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, ShapeError, UnknownNameError
+from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, ShapeError
 
 mujoco = pytest.importorskip("mujoco")
 truth = pytest.importorskip("tests.robot.mujoco_truth")
@@ -150,19 +150,6 @@ def test_a_blow_moves_it_as_mujocos_own_matrices_say(case):
     assert impact.is_valid()
     batch = ik.solve_batch(scene, q[None], v[None])
     np.testing.assert_allclose(batch.v_after[0], impact.v_after, atol=1e-11 * abs(ours).max())
-
-
-@pytest.mark.parametrize("root", ["fixed", "planar", "freeflyer"])
-def test_another_root_in_place_of_the_files(root):
-    free = mjcf(
-        f"<body pos='0 0 1'><freejoint/>{ROD}<body><joint axis='0 1 0'/>{ROD}</body></body>"
-    )
-    fixed = free.replace("<freejoint/>", "")
-    speeds = {"fixed": 0, "planar": 3, "freeflyer": 6}[root]
-    for text in (free, fixed):
-        assert quiet(text, root=root).nv == speeds + 1
-    with pytest.raises(UnknownNameError, match="freeflyer"):
-        ik.Robot.from_mjcf(free, root="floating")
 
 
 FOUR_BAR = mjcf(
@@ -335,14 +322,6 @@ def test_friction_is_that_of_mujocos_contacts(seed):
     assert all(c.rolling == c.torsion == 0.0 for c in plain.contacts)
 
 
-def test_friction_that_depends_on_mujocos_axes_is_refused():
-    pair = "<contact><pair geom1='g' geom2='floor' friction='.7 .2'/></contact>"
-    body = f"{FLOOR}<body><freejoint/><geom name='g' size='.1'/></body>"
-    robot = quiet(mjcf(body, pair))
-    with pytest.raises(ik.errors.InputError, match="differs between the two tangents"):
-        ik.Scene.of_robot(robot, file_contacts=True)
-
-
 def test_a_ball_of_condim_6_stops_rolling():
     """MuJoCo's limit of the rolling moment is µ_r F_n: ω' = −µ_r m g/(7/5 m R²)."""
     text = mjcf(
@@ -381,14 +360,3 @@ def test_limits_come_along_and_an_unlimited_hinge_has_none():
     model = ik.Robot.from_mjcf(text).model
     np.testing.assert_allclose(model.lowerPositionLimit, [np.deg2rad(-20), -np.inf])
     np.testing.assert_allclose(model.upperPositionLimit, [np.deg2rad(30), np.inf])
-
-
-def test_two_of_them_in_one_world_keep_their_loops_apart():
-    robot = ik.Robot.from_mjcf(FOUR_BAR.format(EQUALITIES["connect"]))
-    both = ik.combine(left=robot, right=robot, placements={"right": [0, 3, 0]})
-    blow = ik.AppliedImpulse("right/b", linear=[1, 0, 2])
-    impact = ik.solve(ik.Scene.of_robot(both, impulses=[blow]), both.neutral(), both.velocity())
-    alone = ik.Scene.of_robot(robot, impulses=[ik.AppliedImpulse("b", linear=[1, 0, 2])])
-    single = ik.solve(alone, robot.neutral(), robot.velocity())
-    np.testing.assert_allclose(impact.dv[:3], 0, atol=1e-15)
-    np.testing.assert_allclose(impact.dv[3:], single.dv, atol=1e-13)

@@ -129,20 +129,6 @@ def test_a_planar_root_takes_a_pose_in_its_plane(robot):
         robot.configuration(hinge=ik.pose())
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"rpy": [0, 0, 0], "wxyz": [1, 0, 0, 0]}, "one rotation, got rpy and wxyz"),
-        ({"wxyz": [0, 0, 0, 0]}, "length of the quaternion must be above zero"),
-        ({"rotation": np.diag([1, 1, -1])}, "no rotation matrix"),
-        ({"rpy": [0, 0]}, r"pose: rpy: expected shape \(3,\)"),
-    ],
-)
-def test_a_pose_that_is_none_is_said(given, words):
-    with pytest.raises(ik.errors.InputError, match=words):
-        ik.pose(**given)
-
-
 def test_a_free_flyer_takes_its_velocity_in_world_axes():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
     two = ik.combine(a=ball, b=ball, placements={"b": pin.SE3(TURN.T, np.ones(3))})
@@ -191,17 +177,3 @@ def test_talos_stands_and_lands_flat_as_on_eight_points():
     sums = [sum(contact.impulse for contact in impact.contacts) for impact in (soles, corners)]
     assert soles.is_valid() and sums[1][2] > 80.0
     np.testing.assert_allclose(sums[0], sums[1], atol=0.02 * sums[1][2])
-
-
-@pytest.mark.parametrize(
-    ("robot_of", "root", "words"),
-    [
-        (lambda: ik.Robot.from_example("talos", "freeflyer"), None, r"robot\.with_ground\(\)"),
-        (lambda: ik.Robot.from_example("talos").with_ground(), None, "free-flyers: none"),
-        (lambda: TALOS, "leg_left_1_joint", 'free-flyers: "root_joint"'),
-    ],
-)
-def test_what_cannot_stand_is_said(robot_of, root, words):
-    robot = robot_of()
-    with pytest.raises(ik.errors.InputError, match=words):
-        robot.stand(robot.neutral(), root)

@@ -10,7 +10,6 @@ import impulsekit as ik
 
 MOMENTS = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
 INERTIAL = f'<inertial><mass value="1"/><inertia {MOMENTS}/></inertial>'
-GROUND = ik.Robot.from_urdf("models/box.urdf", root="freeflyer").with_ground()
 
 
 def tree(count, near=0):
@@ -131,19 +130,6 @@ def test_a_thousand_pairs_cost_little_more_than_the_ten_that_are_near():
         times.append(min(taken))
     assert np.allclose(*answers, rtol=1e-10, atol=1e-12) and answers[0][0] < 1.0
     assert times[0] < 3.0 * times[1]
-
-
-def test_what_is_wrong_is_said():
-    with pytest.raises(ik.errors.UnknownNameError, match=r"robot\.with_ground\(\)"):
-        ik.collisions(ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"), "*", "ground")
-    with pytest.raises(ik.errors.UnknownNameError, match='unknown link or geometry "boks"'):
-        ik.collisions(GROUND, "boks")
-    with pytest.raises(ik.errors.InputError, match="no pair is left"):
-        ik.collisions(ik.Robot.from_urdf("models/ball.urdf", root="freeflyer"))
-    with pytest.raises(ik.errors.InputError, match='"hand" names links without collision geometry'):
-        ik.collisions(ik.Robot.from_urdf(arm_with_weld()), "hand")
-    with pytest.raises(ik.errors.RangeError, match='must be "all"'):
-        ik.Scene(GROUND, collisions="none")
 
 
 @pytest.mark.parametrize("entry", ["Collision", "collisions"])

@@ -74,16 +74,3 @@ def test_velocities_follow_their_directions_when_these_are_put_in_order():
     anchor = ik.FrameAnchor("a", "b", directions=("rz", "x", "y"), velocity=(1.0, 2.0, 3.0))
     assert dict(zip(anchor.directions, anchor.velocity, strict=True)) == {"rz": 1, "x": 2, "y": 3}
     assert anchor.directions == ("x", "y", "rz")
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: ik.FrameAnchor("a", "b", directions=3),
-        lambda: ik.JointCoupling("a", 3),
-        lambda: ik.JointCoupling("a", None),
-    ],
-)
-def test_what_is_no_name_is_told(make):
-    with pytest.raises(errors.InputError, match="must be a name or several"):
-        make()
