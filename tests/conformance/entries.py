@@ -223,11 +223,11 @@ def _of_table(e):
     return _slides(0.1 + 0.05 * (3.0 - 0.1 * most) / (1.0 + 0.05 * most), e)
 
 
-def _floor(plain=True, **more):
+def _floor(plain=True, pair=("ball/ball", "floor/floor"), **more):
     """The ball with a floor of geometry under it, rolling and turning as it falls."""
     q = ON_FLOOR.configuration(**{"ball/root_joint": [0, 0, RADIUS, 0, 0, 0, 1]})
     v = ON_FLOOR.velocity({"ball/root_joint": [1.0, 0, -2.0, 0, 0, 3.0]})
-    collision = ik.Collision("ball/ball", "floor/floor", restitution=0.5, **more)
+    collision = ik.Collision(*pair, restitution=0.5, **more)
     deep = ik.Scene(ON_FLOOR, contacts=[replace(collision, margin=0.01)])
     return Entry(
         ik.Scene(ON_FLOOR, contacts=[collision]), q, v,
@@ -345,6 +345,7 @@ def _entries() -> dict[str, Entry]:
             text=False, plain=False,
         ),
         "Collision": _floor(),
+        "Collision-by-the-floor": _floor(pair=("floor/floor", "ball/ball")),
         "Collision-turning": _floor(plain=False, rolling=0.001),
         "friction-slides": _dropped(_slides(0.1, 0.5), restitution=0.5, friction=0.1),
         "friction-sticks": _dropped(_sticks(0.5), restitution=0.5, friction=0.9),

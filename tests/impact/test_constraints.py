@@ -280,3 +280,13 @@ def test_energy_that_a_lock_and_a_contact_gain_together_is_told(law, angle):
     assert impact.status.name == wanted
     assert impact.is_valid() == (up <= 1.0)
     assert batch.status[0] == impact.status
+
+
+def test_what_is_driven_gives_energy_beside_a_contact():
+    scene = ik.Scene(
+        particle(), constraints=[ik.JointLock("along_x", velocity=2.0)], contacts=[ik.Contact("z")]
+    )
+    v = np.array([0.0, 0.0, -1.0])
+    impact, batch = ik.solve(scene, np.zeros(3), v), ik.solve_batch(scene, np.zeros(3), v)
+    np.testing.assert_allclose(impact.v_after, [2.0, 0.0, 0.0], atol=1e-15)
+    assert impact.is_valid() and batch.valid.all()

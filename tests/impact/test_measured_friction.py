@@ -45,7 +45,7 @@ def test_by_slip_speed():
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 2.0])
 def test_by_direction(angle):
-    """Slip is opposed along (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²), in the axes of a turned floor."""
+    """Slip is opposed along (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²) in axes of a turned floor."""
     floor = ik.Robot.from_urdf("models/floor.urdf")
     turned = pin.SE3(pin.rpy.rpyToMatrix(0, 0, angle), np.zeros(3))
     world = ik.combine(a=BOX, floor=floor, placements={"floor": turned})

@@ -16,7 +16,7 @@ def arm(mimic):
             joint_text(
                 f"j{k}", "revolute", f"link_{k - 1}", f"link_{k}", (0, k - 2, 1), at="0.3 0 0.1",
                 turn=(0.4, k, 0), far=2,
-                more='<mimic joint="j1" multiplier="0.7"/>' if k == 2 else "",
+                more='<mimic joint="j1" multiplier="0.7" offset="0.3"/>' if k == 2 else "",
             )
         )  # fmt: skip
     text = robot_text("m", *parts)
@@ -33,7 +33,7 @@ def states(seed, count=4):
     rng = np.random.default_rng(seed)
     for _ in range(count):
         q = pin.integrate(LED.model, LED.neutral(), rng.uniform(-0.8, 0.8, 8))
-        yield q, np.r_[q[:8], 0.7 * q[7], q[8]], rng.normal(size=8)
+        yield q, np.r_[q[:8], 0.7 * q[7] + 0.3, q[8]], rng.normal(size=8)
 
 
 def masses(q):
