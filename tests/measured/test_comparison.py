@@ -15,7 +15,6 @@ from impulsekit.measured import (
     find_mirrored,
     fit_impacts,
 )
-from impulsekit.measured.comparison import usual_candidates
 from tests.measured.bodies import ball_scene
 
 NAMES = {"restitution": ["tip"], "friction": ["tip"]}
@@ -74,31 +73,6 @@ def test_laws_that_do_not_differ_are_not_told_apart():
     found = compare_laws(seen, laws, restitution=["tip"], robust="none", folds=3)
     assert found.errors[0] == pytest.approx(found.errors[1], abs=1e-9)
     assert any("not significantly worse" in note for note in found.notes)
-
-
-def test_a_speed_that_no_impact_reaches_is_named():
-    seen = rod_impacts(ik.Law(), 0.5, 0.1, 8, 1e-3)
-    candidate = LawCandidate("wide", speeds=(0.1, 20.0, 30.0))
-    scenes = {id(m.scene): candidate.scene(m.scene) for m in seen}
-    fit = fit_impacts([replace(m, scene=scenes[id(m.scene)]) for m in seen], restitution=["tip"])
-    assert any("at 30 m/s is not determined" in note for note in fit.notes)
-
-
-def test_e_by_what_meets():
-    scene = ball_scene(0.4, 0.0)
-    q = scene.robot.neutral()
-    seen = [
-        Measurement(scene, q, [0, 0, -w, 0, 0, 0], [0, 0, e * w, 0, 0, 0], 1e-3, group=group)
-        for w in (1.0, 1.5, 2.0, 2.5)
-        for e, group in ((0.3, "point"), (0.05, "face"))
-    ]
-    fit = fit_impacts(seen, restitution=["floor"], by_group=True)
-    assert fit.names == ("floor: restitution, face", "floor: restitution, point")
-    assert fit.values == pytest.approx([0.05, 0.3], abs=1e-6)
-    laws = [LawCandidate("one e"), LawCandidate("e by what meets", by_group=True)]
-    found = compare_laws(seen, laws, restitution=["floor"], robust="none", folds=2)
-    assert found.names[0] == "e by what meets"
-    assert usual_candidates(seen)[-1].by_group
 
 
 def test_coefficients_by_what_is_known_before_an_impact():

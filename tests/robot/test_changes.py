@@ -82,25 +82,6 @@ def test_a_locked_joint_is_the_same_joint_held_at_its_value(joint, value):
         )
 
 
-def test_rotors_add_to_the_diagonal():
-    robot = ik.Robot.from_example("ur5")
-    heavy = robot.with_armature(
-        {"elbow_joint": 6e-5, "wrist_1_joint": 0.3}, gear={"elbow_joint": 101}
-    )
-    added = np.diag([0, 0, 101**2 * 6e-5, 0.3, 0, 0])
-    for q, v in random_states(robot):
-        np.testing.assert_allclose(
-            mass_matrix(heavy.model, q), mass_matrix(robot.model, q) + added, rtol=0, atol=1e-14
-        )
-        impact = ik.solve(blow_on(heavy, "tool0"), q, v)
-        jacobian_impulse = ik.solve(blow_on(robot, "tool0"), q, v).generalized_impulse
-        expected = np.linalg.solve(mass_matrix(robot.model, q) + added, jacobian_impulse)
-        np.testing.assert_allclose(impact.dv, expected, rtol=1e-12, atol=1e-13)
-        assert ik.check(impact).agrees
-        batch = ik.solve_batch(blow_on(heavy, "tool0"), q[None], v[None])
-        np.testing.assert_allclose(batch.v_after[0], impact.v_after, rtol=1e-12, atol=1e-12)
-
-
 def test_several_robots_in_one_world_are_built_on_too():
     arm = ik.Robot.from_example("ur5")
     both = ik.combine(left=arm, right=arm, placements={"right": [0, 1, 0]})
@@ -116,21 +97,6 @@ def test_several_robots_in_one_world_are_built_on_too():
         theirs = ik.solve(blow_on(alone, "load"), q[5:], v[5:])
         np.testing.assert_allclose(ours.dv[5:], theirs.dv, atol=1e-12 * abs(theirs.dv).max())
         assert ik.check(ours).agrees
-
-
-def test_a_ball_is_stopped_by_the_ground_of_its_world():
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    for normal, height, q in (
-        ([0, 0, 1], -0.05, ball.neutral()),
-        ([0, 0, 2], -0.05, ball.neutral()),
-        ([1, 0, 0], 2.95, ball.configuration(root_joint=[3, 1, 2, 0, 0, 0, 1])),
-    ):
-        robot = ball.with_ground(height, normal=normal)
-        touching = ik.Collision("ball", "ground", restitution=0.5)
-        unit = np.array(normal) / np.linalg.norm(normal)
-        v = np.concatenate([-2 * unit, np.zeros(3)])
-        impact = ik.solve(ik.Scene(robot, contacts=[touching]), q, v)
-        np.testing.assert_allclose(impact.v_after[:3], unit, atol=1e-9)
 
 
 def test_what_was_built_comes_back_from_a_scene_file(tmp_path):

@@ -3,11 +3,10 @@
 import sys
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import InputError, MissingExtraError, RangeError
+from impulsekit.errors import MissingExtraError
 from impulsekit.measured import Recording
 from impulsekit.view import film
 
@@ -83,24 +82,6 @@ def test_a_button_saves(swing, page, tmp_path, button, start):
     page.page.set_viewport_size({"width": 800, "height": 500})
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "words"),
-    [
-        ({"video": "a.avi"}, InputError, r"video must end in \.mp4"),
-        ({"picture": "a.mp4"}, InputError, r"picture must end in \.png"),
-        ({"video": "a.mp4", "size": (321, 180)}, RangeError, "size"),
-        ({"camera": "above"}, RangeError, '"front"'),
-        ({"camera": [1.0, 2.0]}, InputError, "camera must be"),
-        ({"camera": [[1, 2, 3], [1, 2, 3]]}, RangeError, "apart from its target"),
-    ],
-)
-def test_what_cannot_be_drawn_is_said_at_once(swing, options, error, words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(error, match=words):
-        ik.replay(swing, **options)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_without_playwright_or_chromium_the_line_to_install_it_is_said(
     swing, tmp_path, monkeypatch
 ):
@@ -111,22 +92,3 @@ def test_without_playwright_or_chromium_the_line_to_install_it_is_said(
     monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
     with pytest.raises(MissingExtraError, match=r"\.\[video\]"):
         ik.replay(swing, picture=tmp_path / "a.png")
-
-
-def test_ten_seconds_of_talos_take_five_megabytes():
-    robot = ik.Robot.from_example("talos", root="freeflyer")
-    feet = [
-        ik.Contact(f"{side}_sole_link", at=[x, y, 0], origin=[0, 0, -1.1])
-        for side in ("left", "right")
-        for x in (-0.1, 0.1)
-        for y in (-0.05, 0.05)
-    ]
-    scene = ik.Scene(robot, contacts=feet)
-    impact = ik.solve(scene, robot.neutral(), robot.velocity(root_joint=[0, 0, -1, 0, 0, 0]))
-    times = np.linspace(0.0, 10.0, 601)
-    way = 0.2 * np.random.default_rng(1).normal(size=robot.nv)
-    q = [pin.integrate(robot.model, robot.neutral(), way * np.sin(2 * t)) for t in times]
-    motion = Recording(robot, times, q, [(t, impact) for t in np.arange(0.5, 10.0)])
-    shown = ik.replay(motion)
-    assert sum(map(len, shown.arrows.values())) > 200
-    assert len(shown.html) < 5e6

@@ -12,13 +12,11 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import (
     ImpulsekitError,
-    InputError,
-    UnknownNameError,
 )
 from impulsekit.measured import Recording
 from impulsekit.models import chain_urdf
 from impulsekit.scene import ReportPoint
-from impulsekit.view.bodies import body_shapes, equivalent_box, surface_of
+from impulsekit.view.bodies import body_shapes, surface_of
 
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 MESH = """<robot name="broken">
@@ -61,20 +59,6 @@ def test_a_robot_without_a_urdf_is_drawn_from_its_inertia():
     assert all(shape.simple for shape in shapes)
 
 
-def test_the_equivalent_box_has_the_inertia_it_stands_for():
-    rng = np.random.default_rng(3)
-    lengths, mass = np.array([0.5, 0.8, 1.1]), 2.5
-    rotation = pin.Quaternion(*(rng.normal(size=4))).normalized().matrix()
-    moments = mass / 12.0 * (np.sum(lengths**2) - lengths**2)
-    found, axes = equivalent_box(mass, rotation @ np.diag(moments) @ rotation.T)
-    assert np.sort(found) == pytest.approx(lengths)
-    again = mass / 12.0 * (np.sum(found**2) - found**2)
-    np.testing.assert_allclose(
-        axes @ np.diag(again) @ axes.T, rotation @ np.diag(moments) @ rotation.T
-    )
-    assert np.linalg.det(axes) == pytest.approx(1.0)
-
-
 def test_the_arrows_of_an_impact(chain):
     shown = ik.replay(chain, points=[ReportPoint("link_1", label="end")], reactions=["joint_2"])
     kinds = {
@@ -102,13 +86,6 @@ def test_coasting_keeps_a_loop_shut():
             for frame, at in (("coupler", [0.5, 0, 0]), ("rocker", [0, 0.5, 0]))
         ]
         assert np.abs(ends[0] - ends[1]).max() < 1e-4
-
-
-def test_a_motion_that_stands_still_is_a_picture(chain):
-    robot = chain.scene.robot
-    shown = ik.replay(Recording(robot, [0.0, 1.0], [robot.neutral()] * 2))
-    assert shown.duration == 1.0
-    assert not any(c["type"] == "set_animation" for c in shown.commands)
 
 
 def test_a_storm_of_impacts_keeps_the_largest_arrows(chain):
@@ -189,21 +166,6 @@ def test_a_dead_server_is_told_and_does_not_hang(chain, monkeypatch):
         ik.replay(chain, viewer=Viewer())
     assert time.perf_counter() - start < 5.0
     Window.zmq_socket.close()
-
-
-def test_a_name_stands_for_the_origin_of_its_frame(chain):
-    named = ik.replay(chain, traces=["link_2"], points=["link_2"])
-    given = ReportPoint("link_2")
-    pointed = ik.replay(chain, traces=[given], points=[given])
-    paths = [[command["path"] for command in page.commands] for page in (named, pointed)]
-    assert paths[0] == paths[1]
-    assert any("traces" in path and "link_2" in path for path in paths[0])
-    assert named.arrows == pointed.arrows
-    for wrong in (3, [3], [None], {"link_2": 1.0}.values()):
-        with pytest.raises(InputError, match="traces"):
-            ik.replay(chain, traces=wrong)
-    with pytest.raises(UnknownNameError, match="link_2"):
-        ik.replay(chain, traces=["lnik_2"])
 
 
 @pytest.mark.parametrize(
