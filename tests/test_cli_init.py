@@ -71,7 +71,7 @@ def test_robots_are_found_by_a_part_of_their_name():
 
 
 def test_the_help_lists_every_command_once():
-    listed = [name for names in SECTIONS.values() for name in names]
+    listed = [command.name for commands in SECTIONS.values() for command in commands]
     assert sorted(listed) == sorted(main.commands)
     shown = run("--help").stdout
     assert all(f"\n  {name} " in shown for name in listed)

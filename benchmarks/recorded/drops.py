@@ -19,7 +19,7 @@ from impulsekit.measured.comparison import (
     compare_laws,
     usual_candidates,
 )
-from impulsekit.measured.order_and_signs import MirroredAxes, find_mirrored
+from impulsekit.measured.mirrored_axes import MirroredAxes, find_mirrored
 from impulsekit.robot import Robot
 from impulsekit.scene import Contact, Law, Scene
 

@@ -1,4 +1,4 @@
-"""What a batch is given: arrays with a leading axis on whatever varies."""
+"""``BatchInputs``: arrays with a leading axis on whatever varies, checked."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class BatchInputs:
     Attributes:
         size: B.
         q, v: configurations and velocities.
-        given: the numbers of the known impulses, entry after entry: force impulse and couple
+        impulses: the numbers of the known impulses, entry after entry: force impulse and couple
             impulse (6) of an ``AppliedImpulse``, those of a ``JointImpulse``.
         restitution, friction: of each contact; None where the scene's own hold.
         masses: factors on the masses of ``links``; None where there are none.
@@ -45,49 +45,35 @@ class BatchInputs:
     """
 
     size: int
+    codes: np.ndarray
     q: np.ndarray
     v: np.ndarray
-    given: np.ndarray
-    restitution: np.ndarray | None
-    friction: np.ndarray | None
-    masses: np.ndarray | None
-    links: tuple[str, ...]
-    codes: np.ndarray
+    impulses: np.ndarray
+    restitution: np.ndarray | None = None
+    friction: np.ndarray | None = None
+    masses: np.ndarray | None = None
     points: np.ndarray | None = None
+    links: tuple[str, ...] = ()
     pointed: tuple[int, ...] = ()
 
-    def rows(self, chosen: np.ndarray) -> BatchInputs:
-        """The same for some rows, by their indices."""
+    def state(self, row: int) -> tuple[np.ndarray, np.ndarray]:
+        """The configuration and the velocity of a row."""
+        return of_row(self.q, row), of_row(self.v, row)
 
-        def cut(array: np.ndarray | None) -> Any:
-            return array if array is None or len(array) != self.size else array[chosen]
 
-        return BatchInputs(
-            len(chosen),
-            cut(self.q),
-            cut(self.v),
-            cut(self.given),
-            cut(self.restitution),
-            cut(self.friction),
-            cut(self.masses),
-            self.links,
-            self.codes[chosen],
-            cut(self.points),
-            self.pointed,
-        )
+def of_row(array: np.ndarray, row: int) -> np.ndarray:
+    """A row of an array, which all rows may share."""
+    found: np.ndarray = array[row if len(array) > 1 else 0]
+    return found
 
 
 def batch_inputs(
-    scene: Scene,
-    q: Any,
-    v: Any,
-    impulses: Any,
-    restitution: Any,
-    friction: Any,
-    masses: Any,
-    points: Any = None,
+    scene: Scene, q: Any, v: Any = None, impulses: Any = None, **varied: Any
 ) -> BatchInputs:
-    """Checked and brought into one form.
+    """Check the arguments of ``solve_batch`` and bring them into one form.
+
+    Args:
+        varied: restitution, friction, masses and points; None where the scene's own hold.
 
     Raises:
         ShapeError: shapes that do not go together, or an empty batch.
@@ -96,21 +82,19 @@ def batch_inputs(
             a single row is noted in ``codes``.
     """
     robot = scene.robot
-    arrays = {
+    arrays: dict[str, Any] = {
         "q": _matrix(q, robot.nq, "q"),
         "v": _matrix(np.zeros(robot.nv) if v is None else v, robot.nv, "v"),
         "impulses": impulse_numbers(scene.impulses, scene.entry_names("impulses"), impulses),
     }
-    count = len(scene.contacts)
-    for name, values in (("restitution", restitution), ("friction", friction)):
-        if values is not None:
-            arrays[name] = _coefficients(scene, name, values, count)
-    links: tuple[str, ...] = ()
-    if masses is not None:
-        links, arrays["masses"] = _factors(scene, masses)
-    pointed: tuple[int, ...] = ()
-    if points is not None:
-        pointed, arrays["points"] = _points(scene, points)
+    for name in ("restitution", "friction"):
+        if varied.get(name) is not None:
+            arrays[name] = _coefficients(scene, name, varied[name], len(scene.contacts))
+    named: dict[str, Any] = {}
+    if varied.get("masses") is not None:
+        named["links"], arrays["masses"] = _factors(scene, varied["masses"])
+    if varied.get("points") is not None:
+        named["pointed"], arrays["points"] = _points(scene, varied["points"])
     size = 1
     for name, array in arrays.items():
         if array.shape[0] not in (1, size):
@@ -138,41 +122,18 @@ def batch_inputs(
         ("points", -FARTHEST, FARTHEST, f"within {FARTHEST:g} m", 0.0),
     ):
         if name in arrays:
-            fine = (arrays[name] >= low) & (arrays[name] <= high) & np.isfinite(arrays[name])
-            _mark(arrays[name], name, fine, allowed, harmless, codes)
-    return BatchInputs(
-        size,
-        arrays["q"],
-        arrays["v"],
-        arrays["impulses"],
-        arrays.get("restitution"),
-        arrays.get("friction"),
-        arrays.get("masses"),
-        links,
-        codes,
-        arrays.get("points"),
-        pointed,
-    )
-
-
-def _mark(
-    array: np.ndarray,
-    name: str,
-    fine: np.ndarray,
-    allowed: str,
-    harmless: float,
-    codes: np.ndarray,
-) -> None:
-    """Note the rows whose coefficients are out of range."""
-    if fine.all():
-        return
-    if len(array) == 1:
-        raise RangeError.of(name, float(array[~fine][0]), allowed)
-    bad = ~fine.all(axis=1)
-    codes[bad] = int(Status.OUT_OF_RANGE)
-    codes[bad & ~np.isfinite(array).all(axis=1)] = int(Status.NOT_FINITE)
-    # The core computes every lane; a coefficient that is out of range must not make them fail.
-    array[bad] = harmless
+            array = arrays[name]
+            fine = (array >= low) & (array <= high) & np.isfinite(array)
+            if fine.all():
+                continue
+            if len(array) == 1:
+                raise RangeError.of(name, float(array[~fine][0]), allowed)
+            bad = ~fine.all(axis=1)
+            codes[bad] = int(Status.OUT_OF_RANGE)
+            codes[bad & ~np.isfinite(array).all(axis=1)] = int(Status.NOT_FINITE)
+            # The core computes every lane; what is out of range must not make them fail.
+            array[bad] = harmless
+    return BatchInputs(size, codes, **arrays, **named)
 
 
 def _not_too_fast(v: np.ndarray, codes: np.ndarray) -> np.ndarray:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import pickle
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,21 +14,16 @@ from ..robot.arrays import floats
 from ..scene import Scene
 from .result import ImpactBatch
 
-__all__ = ["check_client", "is_lazy", "solve_lazily", "solve_remotely"]
+__all__ = ["check_client", "computed", "is_lazy", "solve_lazily"]
 
 # Rows of one task where the arrays that are given have no chunks of their own.
 ROWS = 65536
 
-_scenes: dict[str, Scene] = {}
-
 
 def is_lazy(*values: Any) -> bool:
-    """Whether any of these, or of the entries of a mapping among these, is a dask array."""
-    for value in values:
-        entries = value.values() if isinstance(value, Mapping) else (value,)
-        if any(hasattr(entry, "__dask_graph__") for entry in entries):
-            return True
-    return False
+    """Return whether any of these, or of the entries of a mapping, is a dask array."""
+    entries = (v for x in values for v in (x.values() if isinstance(x, Mapping) else (x,)))
+    return any(hasattr(entry, "__dask_graph__") for entry in entries)
 
 
 def solve_lazily(
@@ -59,13 +53,12 @@ def solve_lazily(
     contacts = len(scene.contacts)
     chunks = _chunks(given, contacts)
     packed = pickle.dumps(scene)
-    key = hashlib.sha256(packed).hexdigest()
     parts: dict[str, list[Any]] = {name: [] for name in (*outputs, "status")}
     solve = dask.delayed(partial(_sent_rows, solve_batch), pure=False)
     begin = 0
     for size in chunks:
         cut = {name: _cut(name, value, begin, size, contacts) for name, value in given.items()}
-        answer = solve(packed, key, cut, tuple(outputs), threads)
+        answer = solve(packed, cut, tuple(outputs), threads)
         for name in outputs:
             shape = (size, *shape_of(scene, name))
             parts[name].append(da.from_delayed(answer[name], shape, float))
@@ -74,24 +67,14 @@ def solve_lazily(
     return {name: da.concatenate(own) for name, own in parts.items()}
 
 
-def solve_remotely(
-    solve_batch: Callable[..., ImpactBatch],
-    scene: Scene,
-    given: dict[str, Any],
-    outputs: Sequence[str],
-    client: Any,
-) -> dict[str, np.ndarray]:
-    """The arrays of all outputs and of the status, solved by the workers of a client.
+def computed(lazy: dict[str, Any], client: Any) -> dict[str, np.ndarray]:
+    """The arrays that the workers of a client compute.
 
     Raises:
-        InputError: arrays whose leading axes do not agree.
-        MissingExtraError: dask is not installed.
+        InputError: it is no client.
     """
     check_client(client)
-    lazy = solve_lazily(solve_batch, scene, given, outputs, threads=1)
-    names = list(lazy)
-    found = client.gather(client.compute([lazy[name] for name in names]))
-    return dict(zip(names, found, strict=True))
+    return dict(zip(lazy, client.gather(client.compute(list(lazy.values()))), strict=True))
 
 
 def check_client(client: Any) -> None:
@@ -105,10 +88,12 @@ def check_client(client: Any) -> None:
 
 
 def _chunks(given: Mapping[str, Any], contacts: int) -> tuple[int, ...]:
-    """How many rows each task has."""
+    """The number of rows of each task."""
     sizes: dict[str, int] = {}
     chunks: tuple[int, ...] | None = None
     for name, value in given.items():
+        if value is None:
+            continue
         mapped = isinstance(value, Mapping)
         for label, entry in value.items() if mapped else ((name, value),):
             array = _array(entry, label)
@@ -134,7 +119,7 @@ def _array(entry: Any, what: str) -> Any:
 
 
 def _varies(name: str, mapped: bool, array: Any, contacts: int) -> bool:
-    """Whether the leading axis of an argument of ``solve_batch`` counts the rows."""
+    """Return whether the leading axis of an argument of ``solve_batch`` counts the rows."""
     of_numbers = mapped or contacts == 1
     scalar = name == "masses" or (name in ("restitution", "friction") and of_numbers)
     return bool(array.ndim == 2 or (scalar and array.ndim == 1))
@@ -151,17 +136,20 @@ def _cut(name: str, value: Any, begin: int, size: int, contacts: int, mapped: bo
     return array[begin : begin + size] if varies else array
 
 
+@lru_cache(maxsize=1)
+def _unpacked(packed: bytes) -> Scene:
+    """The scene of a worker, which unpacks it only once."""
+    scene: Scene = pickle.loads(packed)
+    return scene
+
+
 def _sent_rows(
     solve_batch: Callable[..., ImpactBatch],
     packed: bytes,
-    key: str,
     given: dict[str, Any],
     outputs: tuple[str, ...],
     threads: int | None,
 ) -> dict[str, np.ndarray]:
-    """``solve_batch`` in a worker, which unpacks a scene only once."""
-    if key not in _scenes:
-        _scenes.clear()
-        _scenes[key] = pickle.loads(packed)
-    batch = solve_batch(_scenes[key], **given, outputs=outputs, threads=threads)
+    """``solve_batch`` in a worker."""
+    batch = solve_batch(_unpacked(packed), **given, outputs=outputs, threads=threads)
     return {**batch.arrays, "status": batch.status}

@@ -11,7 +11,7 @@ from ..impact.solver import solve_without_warnings
 from ..impact.status import BY_CODE
 from ..scene import Scene
 from ..scene.impulses import with_numbers
-from .inputs import BatchInputs
+from .inputs import BatchInputs, of_row
 from .masses import scaled_robot
 from .result import VERDICTS
 
@@ -26,15 +26,15 @@ def verdicts_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndar
         if not BY_CODE[int(codes[row])].valid:
             continue
         own = scene_of_row(scene, inputs, row) if rows_differ else scene
-        q, v = (x[row if len(x) > 1 else 0] for x in (inputs.q, inputs.v))
-        found[row] = VERDICTS.index(solve_without_warnings(own, q, v).uniqueness.verdict)
+        impact = solve_without_warnings(own, *inputs.state(row))
+        found[row] = VERDICTS.index(impact.uniqueness.verdict)
     return found
 
 
 def varies(scene: Scene, inputs: BatchInputs) -> bool:
-    """Whether the rows are not all of the scene's own impulses and coefficients."""
+    """Return whether the rows are not all of the scene's own impulses and coefficients."""
     own = [x for entry in scene.impulses for x in entry.values]
-    if len(inputs.given) > 1 or not np.array_equal(inputs.given[0], own):
+    if len(inputs.impulses) > 1 or not np.array_equal(inputs.impulses[0], own):
         return True
     given = (inputs.restitution, inputs.friction, inputs.masses, inputs.points)
     return any(each is not None for each in given)
@@ -42,8 +42,7 @@ def varies(scene: Scene, inputs: BatchInputs) -> bool:
 
 def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
     """The scene with the impulses, coefficients, masses and points of a row."""
-    given = inputs.given[row if len(inputs.given) > 1 else 0]
-    impulses = with_numbers(scene.impulses, given)
+    impulses = with_numbers(scene.impulses, of_row(inputs.impulses, row))
     contacts: list = []
     contact: Any
     for i, contact in enumerate(scene.contacts):
@@ -51,14 +50,13 @@ def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:
         for name in ("restitution", "friction"):
             array = getattr(inputs, name)
             if array is not None and hasattr(contact, name):
-                changes[name] = float(array[row if len(array) > 1 else 0, i])
+                changes[name] = float(of_row(array, row)[i])
         if i in inputs.pointed and inputs.points is not None:
             at = 3 * inputs.pointed.index(i)
-            own = inputs.points[row if len(inputs.points) > 1 else 0]
-            changes["at"] = own[at : at + 3]
+            changes["at"] = of_row(inputs.points, row)[at : at + 3]
         contacts.append(dataclasses.replace(contact, **changes))
     robot = scene.robot
     if inputs.masses is not None:
-        factors = inputs.masses[row if len(inputs.masses) > 1 else 0].tolist()
+        factors = of_row(inputs.masses, row).tolist()
         robot = scaled_robot(robot, dict(zip(inputs.links, factors, strict=True)))
     return dataclasses.replace(scene, robot=robot, impulses=impulses, contacts=contacts)

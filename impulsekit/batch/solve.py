@@ -17,7 +17,7 @@ from ..scene.numbers import whole
 from .inputs import BatchInputs, batch_inputs
 from .program import Program, is_new, program_of
 from .progress import shown
-from .remote import is_lazy, solve_lazily, solve_remotely
+from .remote import computed, is_lazy, solve_lazily
 from .result import OUTPUTS, ImpactBatch
 from .rows import verdicts_of
 from .shapes import shape_of
@@ -107,7 +107,7 @@ def solve_batch(
     given.update(restitution=restitution, friction=friction, masses=masses, points=points)
     if client is not None or is_lazy(*given.values()):
         return _on_dask(scene, given, tuple(dict.fromkeys(outputs)), threads, client)
-    inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses, points)
+    inputs = batch_inputs(scene, **given)
     first = is_new(scene)
     program = program_of(scene, links=inputs.links, pointed=inputs.pointed)
     looked_at = ("gaps",) if scene.contacts and scene.gap_bound < np.inf else ()
@@ -150,12 +150,9 @@ def _on_dask(
     threads: int | None,
     client: Any,
 ) -> ImpactBatch:
-    if given["v"] is None:
-        del given["v"]
-    if client is None:
-        arrays = solve_lazily(solve_batch, scene, given, outputs, threads)
-    else:
-        arrays = solve_remotely(solve_batch, scene, given, outputs, client)
+    # A client's workers use one thread each.
+    lazy = solve_lazily(solve_batch, scene, given, outputs, threads if client is None else 1)
+    arrays = lazy if client is None else computed(lazy, client)
     return ImpactBatch(arrays.pop("status"), program_of(scene).plan, arrays)
 
 
@@ -164,7 +161,7 @@ def _given(program: Program, inputs: BatchInputs) -> dict[str, Any]:
     names = ("q", "v", "restitution", "friction", "masses")
     given: dict[str, Any] = {name: getattr(inputs, name) for name in names}
     order = program.flat.order
-    given["impulses"] = inputs.given[:, order] if order else None
+    given["impulses"] = inputs.impulses[:, order] if order else None
     given["points"] = None
     if inputs.points is not None:
         parts = np.split(inputs.points, len(program.frames), axis=1)
@@ -181,7 +178,7 @@ def _given(program: Program, inputs: BatchInputs) -> dict[str, Any]:
 
 
 def _by_functions(program: Program, inputs: BatchInputs) -> dict[str, Any]:
-    """What functions of the scene give, row by row."""
+    """The values of functions of the scene, row by row."""
     flat = program.flat
     names = ("function_rows", "function_contacts")
     given: dict[str, Any] = dict.fromkeys(names)

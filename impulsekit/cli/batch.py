@@ -76,15 +76,13 @@ def _how_to_go_on(folder: str) -> str:
     import shlex
     import sys
 
-    from ..batch.study.layout import UNWRITTEN
     from ..errors import ImpulsekitError
-    from ..study import open_study
+    from ..study import summarize
 
-    try:
-        status = open_study(folder)["status"].values
-        done = f"{(status != UNWRITTEN).sum()} of {len(status)} rows are written to {folder}"
-    except ImpulsekitError:
-        done = f"nothing is written to {folder} yet"
+    done = f"nothing is written to {folder} yet"
+    with suppress(ImpulsekitError):
+        summary = summarize(folder)
+        done = f"{summary.written} of {summary.rows} rows are written to {folder}"
     command = shlex.join(["impulsekit", *sys.argv[1:]])
     return f"interrupted: {done}; to go on, run the same command again:\n  {command}"
 

@@ -13,6 +13,7 @@ from .common import check_outputs, json_option, write_json
 if TYPE_CHECKING:
     from ..design.fit import Fit
     from ..scene import Scene
+    from ..scenefile import SceneFile
 
 
 @click.command()
@@ -45,13 +46,9 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str | Non
         _draw(scene_file, plane, plot_to)
 
 
-def _draw(scene_file: object, plane: str | None, path: str) -> None:
+def _draw(scene_file: SceneFile, plane: str | None, path: str) -> None:
     from ..design.response import impact_ellipsoid
     from ..design.summary import plot_effective_mass
-    from ..scenefile import SceneFile
-
-    if not isinstance(scene_file, SceneFile):
-        raise TypeError(type(scene_file).__name__)
     from ..view.plots.canvas import new_figure, plain, save_figure
 
     points = scene_file.design
@@ -80,16 +77,7 @@ def _draw(scene_file: object, plane: str | None, path: str) -> None:
 @click.option("--level", default=0.95, show_default=True, help="Of the confidence intervals.")
 @json_option
 @click.pass_context
-def fit(
-    ctx: click.Context,
-    file: str,
-    measured: str | None,
-    restitution: tuple[str, ...],
-    friction: tuple[str, ...],
-    inertia: tuple[str, ...],
-    level: float,
-    json_to: str | None,
-) -> None:
+def fit(ctx: click.Context, file: str, measured: str | None, level: float, **options: Any) -> None:
     """Fit the coefficients of the scene in FILE (TOML) to measured impacts.
 
     The fit starts from the values in FILE. Without --restitution, --friction and
@@ -100,17 +88,18 @@ def fit(
     from ..errors import RangeError
     from ..scenefile import load_scene
 
-    check_outputs(json_to)
+    check_outputs(options["json_to"])
     scene_file = load_scene(file)
     if not 0.0 < level < 1.0:
         raise RangeError.of("--level", level, "between 0 and 1")
     path = measured if measured is not None else _beside(file)
     seen = load_measurements(path, scene_file.scene, scene_file.q, scene_file.v)
-    inertias = dict(_inertia(item) for item in inertia)
-    if not (restitution or friction or inertias):
-        restitution, friction = _every_coefficient(scene_file.scene)
-    found = fit_impacts(seen, restitution=restitution, friction=friction, inertias=inertias)
-    if write_json(_as_dict(file, found, len(seen), level), json_to):
+    wanted: dict[str, Any] = {name: options[name] for name in ("restitution", "friction")}
+    wanted["inertias"] = dict(_inertia(item) for item in options["inertia"])
+    if not any(wanted.values()):
+        wanted |= _every_coefficient(scene_file.scene)
+    found = fit_impacts(seen, **wanted)
+    if write_json(_as_dict(file, found, len(seen), level), options["json_to"]):
         click.echo(_as_text(found, len(seen), level), nl=False)
     if not found.converged:
         reason = found.notes[0] if found.notes else found.message
@@ -144,15 +133,17 @@ def _inertia(item: str) -> tuple[str, tuple[str, ...]]:
     return joint, tuple(name.strip() for name in parameters.split(","))
 
 
-def _every_coefficient(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Contacts whose restitution is a number above zero, and those with friction."""
-    restitution, friction = [], []
-    for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
-        if isinstance(entry.restitution, float) and entry.restitution > 0.0:
-            restitution.append(name)
-        if getattr(entry, "friction", 0.0) > 0.0:
-            friction.append(name)
-    return tuple(restitution), tuple(friction)
+def _every_coefficient(scene: Scene) -> dict[str, list[str]]:
+    """By kind, contacts whose coefficient is a number above zero."""
+    named = list(zip(scene.entry_names("contacts"), scene.contacts, strict=True))
+    values = {
+        kind: {name: getattr(entry, kind, 0.0) for name, entry in named}
+        for kind in ("restitution", "friction")
+    }
+    return {
+        kind: [name for name, value in own.items() if isinstance(value, float) and value > 0.0]
+        for kind, own in values.items()
+    }
 
 
 def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:

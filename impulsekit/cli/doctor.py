@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import json
 import platform
@@ -22,6 +23,13 @@ _PROBE = (
 )
 
 
+def installed(name: str) -> str | None:
+    """Return the version of a package that is installed, or None."""
+    with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+        return importlib.metadata.version(name)
+    return None
+
+
 @dataclass(frozen=True)
 class Requirement:
     """A line of the package's own metadata: ``extra`` is "" for the core."""
@@ -33,10 +41,7 @@ class Requirement:
     @property
     def installed(self) -> str | None:
         """The version that is installed, or None."""
-        try:
-            return importlib.metadata.version(self.name)
-        except importlib.metadata.PackageNotFoundError:
-            return None
+        return installed(self.name)
 
     @property
     def verdict(self) -> str:
@@ -82,10 +87,9 @@ def requirements() -> list[Requirement]:
     None where it is not installed, only found on the path.
     """
     found: dict[tuple[str, str], Requirement] = {}
-    try:
+    lines: list[str] = []
+    with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         lines = importlib.metadata.requires("impulsekit") or []
-    except importlib.metadata.PackageNotFoundError:
-        lines = []
     for line in lines:
         spec, _, marker = line.partition(";")
         match = re.match(r"([A-Za-z0-9._-]+)\s*(\[[^]]*\])?\s*(.*)", spec.strip())
@@ -132,22 +136,18 @@ def _pinocchio() -> list[str]:
     version, file, coal = json.loads(probe.stdout.splitlines()[-1])
     click.echo(f"pinocchio {version} (coal {coal}) is imported from {file}")
     warnings = []
-    try:
+    home = None
+    with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         home = Path(str(importlib.metadata.distribution("pin").locate_file(""))).resolve()
-    except importlib.metadata.PackageNotFoundError:
-        home = None
     if home is None or not Path(file).resolve().is_relative_to(home):
         hint = " (ROS brings its own)" if "/opt/ros" in file else ""
         warnings.append(
             f"pinocchio is not the one of the package pin{hint}; take its folder out of "
             "PYTHONPATH, or work in a virtual environment"
         )
-    try:
-        other = importlib.metadata.version("pinocchio")
-    except importlib.metadata.PackageNotFoundError:
-        return warnings
-    warnings.append(
-        f'the package "pinocchio" {other} is another project of that name; '
-        "pip uninstall pinocchio && pip install --force-reinstall pin"
-    )
+    if other := installed("pinocchio"):
+        warnings.append(
+            f'the package "pinocchio" {other} is another project of that name; '
+            "pip uninstall pinocchio && pip install --force-reinstall pin"
+        )
     return warnings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import warnings
 from collections.abc import Sequence
 from typing import Any
@@ -22,12 +23,12 @@ from .robots import inspect, robots
 from .simulate import replay, simulate
 from .solve import solve
 
-# The commands of the help text, by purpose; each command is in one of the groups.
+# The commands by purpose, as the help text has them.
 SECTIONS = {
-    "Start": ("init", "robots", "inspect", "doctor"),
-    "Solve": ("solve", "simulate", "replay"),
-    "Many states": ("batch",),
-    "Design and fit": ("design", "fit", "identify"),
+    "Start": (init, robots, inspect, doctor),
+    "Solve": (solve, simulate, replay),
+    "Many states": (batch,),
+    "Design and fit": (design, fit, identify),
 }
 
 
@@ -36,10 +37,11 @@ class _Group(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The commands by purpose, instead of one list by the alphabet."""
-        for title, names in SECTIONS.items():
+        for title, commands in SECTIONS.items():
             with formatter.section(title):
-                helps = [self.commands[name].get_short_help_str(limit=200) for name in names]
-                formatter.write_dl(list(zip(names, helps, strict=True)))
+                formatter.write_dl(
+                    [(str(each.name), each.get_short_help_str(limit=200)) for each in commands]
+                )
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -116,17 +118,5 @@ def main(debug: bool) -> None:
     """
 
 
-for command in (
-    init,
-    solve,
-    simulate,
-    replay,
-    batch,
-    design,
-    fit,
-    identify,
-    robots,
-    inspect,
-    doctor,
-):
+for command in itertools.chain(*SECTIONS.values()):
     main.add_command(command)

@@ -27,20 +27,14 @@ BAR = "{l_bar}{bar}| {n:.3f}/{total:g} s [{elapsed}<{remaining}]"
 @click.option("--open", "show", is_flag=True, help="Open the page in the browser.")
 @click.option("--reactions", is_flag=True, help="Draw the reaction impulse of every joint.")
 @click.option("--traces", is_flag=True, help="Draw the paths of the scene file's report points.")
-@click.option("--ghost", multiple=True, type=float, help="A time whose pose stays visible [s].")
+@click.option(
+    "--ghost", "ghosts", multiple=True, type=float, help="A time whose pose stays visible [s]."
+)
 @click.option("--fps", type=float, default=60.0, show_default=True, help="Frames a second.")
 @click.option("--speed", type=float, help="Motion seconds for each second of playback.")
 @click.option("--video", type=click.Path(), help="Write the playback as MP4, by a Chromium.")
 def replay(
-    file: str,
-    html: str | None,
-    show: bool,
-    reactions: bool,
-    traces: bool,
-    ghost: tuple[float, ...],
-    fps: float,
-    speed: float | None,
-    video: str | None,
+    file: str, html: str | None, show: bool, traces: bool, video: str | None, **options: Any
 ) -> None:
     """Write or open an interactive replay of the scene in FILE (TOML), or of a motion (npz)."""
     check_outputs(html, video)
@@ -50,12 +44,9 @@ def replay(
         html,
         open=show or (html is None and video is None),
         points=points,
-        reactions=reactions,
         traces=points if traces else (),
-        ghosts=ghost,
-        fps=fps,
-        speed=speed,
         video=video,
+        **options,
     )
     click.echo("\n".join(filter(None, (drawn.page, video))))
 
@@ -112,31 +103,21 @@ def simulate(
     ctx: click.Context,
     file: str,
     output: str | None,
-    duration: float | None,
-    samples: int | None,
-    max_step: float | None,
-    stop_times: tuple[float, ...],
     plot: str | None,
     html: str | None,
     quiet: bool,
+    **given: Any,
 ) -> None:
     """Simulate the motion of the scene in FILE (TOML); impacts on the way are solved."""
     from ..motion import simulate as simulate_motion
     from ..motion.record.status import MotionStatus
     from ..scene.motion import MotionSettings
     from ..scenefile import load_scene
-    from .common import check_outputs
 
     check_outputs(output, html, picture=plot)
     scene_file = load_scene(file)
-    given = {
-        "duration": duration,
-        "samples": samples,
-        "max_step": max_step,
-        "stop_times": stop_times or None,
-    }
     settings = scene_file.motion or MotionSettings()
-    settings = settings.changed(**{k: x for k, x in given.items() if x is not None})
+    settings = settings.changed(**{k: x for k, x in given.items() if x not in (None, ())})
     tell = None if quiet else bar_on_terminal("s", delay=0.5, bar_format=BAR)
     progress = None if tell is None else lambda t: tell(t, settings.duration)
     motion = simulate_motion(

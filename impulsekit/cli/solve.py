@@ -90,16 +90,10 @@ def show_report(impact: Impact, points: Sequence[ReportPoint], form: str = "text
 
 
 def _as_dict(scene_file: SceneFile, impact: Impact) -> dict[str, Any]:
-    points = []
-    for point in scene_file.points:
-        velocity = impact.velocity_at(point.frame, point.at)
-        points.append(
-            {
-                "label": point.title,
-                "frame": point.frame,
-                "at": list(point.at),
-                "before": velocity.before.tolist(),
-                "after": velocity.after.tolist(),
-            }
-        )
+    points = [
+        {"label": point.title, "frame": point.frame, "at": list(point.at), "before": v.before,
+         "after": v.after}
+        for point in scene_file.points
+        for v in (impact.velocity_at(point.frame, point.at),)
+    ]  # fmt: skip
     return {"scene_file": scene_file.path, **impact.to_dict(), "points": points}

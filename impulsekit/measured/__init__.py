@@ -20,7 +20,7 @@ __getattr__, __dir__, __all__ = _lazy.attach(
         "measured.impact_detection": ["find_impacts"],
         "measured.found_impacts": ["FoundImpact", "FoundImpacts"],
         "measured.identification": ["Identification", "identify"],
-        "measured.order_and_signs": ["MirroredAxes", "find_mirrored"],
+        "measured.mirrored_axes": ["MirroredAxes", "find_mirrored"],
         "measured.motions": ["MotionFit", "fit_motion"],
         "measured.reading": ["load_recordings"],
         "measured.recording": ["Recording"],

@@ -13,10 +13,10 @@ from .found_impacts import FoundImpacts as FoundImpacts
 from .identification import Identification as Identification
 from .identification import identify as identify
 from .impact_detection import find_impacts as find_impacts
+from .mirrored_axes import MirroredAxes as MirroredAxes
+from .mirrored_axes import find_mirrored as find_mirrored
 from .motions import MotionFit as MotionFit
 from .motions import fit_motion as fit_motion
-from .order_and_signs import MirroredAxes as MirroredAxes
-from .order_and_signs import find_mirrored as find_mirrored
 from .reading import load_recordings as load_recordings
 from .recording import Recording as Recording
 

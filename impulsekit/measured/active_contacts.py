@@ -48,7 +48,7 @@ class ClosingContacts:
     def __init__(self, scene: Scene) -> None:
         scene = replace(scene, impulses=())
         self._core = ForcesOfMotion(flat_motion(scene).core, 0.0)
-        self._model = scene.robot.model
+        self._model, self.nv = scene.robot.model, scene.robot.nv
         self._data = self._model.createData()
         self._names = scene.entry_names("contacts")
         self._margins = {

@@ -16,7 +16,7 @@ from ..scene import Scene
 from .flight import Flight
 from .floor import fitted_floor
 from .free_fall import coarse_scale, free_bodies, free_fall, free_root, mass_centres
-from .order_and_signs import check_quaternion_order
+from .quaternion_order import check_quaternion_order
 from .recording import Recording
 from .recording_checks import turns_of
 from .segments import ROUNDING, flights_with_noise

@@ -21,18 +21,15 @@ from ..errors import (
 )
 from ..robot import Robot
 from .csv_table import hint_for_name
-from .recording_checks import (
+from .recording_checks import in_order, repeated_poses, turns_of, without_gaps
+from .units import (
+    ANGLE_UNITS,
+    LENGTH_UNITS,
+    TIME_UNITS,
     check_joint_limits,
     checked_velocities,
-    in_order,
-    repeated_poses,
-    turns_of,
-    without_gaps,
 )
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-ANGLE_UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 ORDERS = ("xyzw", "wxyz")
 REPAIRS = {
     "gaps": "leave out samples that hold a NaN",
@@ -108,10 +105,9 @@ def read_columns(
         if each not in REPAIRS:
             raise UnknownNameError.among("repair", each, REPAIRS)
     reader = _Reader(robot, columns, format or RecordingFormat(), name or "recording")
-    t, q, v = reader.read()
     notes: list[str] = []
-    t, q, v = without_gaps(t, q, v, reader.where, repair, notes)
-    t, q, v = in_order(t, q, v, reader.where, repair, notes)
+    samples = without_gaps(reader.read(), reader.where, repair, notes)
+    t, q, v = in_order(samples, reader.where, repair, notes)
     q = _of_unit_length(robot.model, q, reader.where, repair, notes)
     v = checked_velocities(robot, t, q, v, reader.where, notes)
     notes += check_joint_limits(robot, q, reader.angles, reader.where)
@@ -271,7 +267,7 @@ class _Reader:
         body, world = (self._column(f"omega_{axes}", joint, 3) for axes in ("body", "world"))
         if linear is None or (body is None and world is None) or turn is None:
             return
-        axes = _rotations(q[:, 3:])
+        axes = turns_of(q[:, 3:])
         v[:, :3] = np.einsum("tji,tj->ti", axes, linear * length)
         if body is None and world is not None:
             body = np.einsum("tji,tj->ti", axes, world)
@@ -295,12 +291,6 @@ class _Reader:
         if len(found) > 1:
             raise InputError(f"{self.where}: more than one column holds the quaternion")
         return found[0] if found else None
-
-
-def _rotations(quaternions: np.ndarray) -> np.ndarray:
-    """(T, 3, 3) of (T, 4) quaternions x, y, z, w; those that are not finite stay so."""
-    length = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    return turns_of(quaternions / np.where(length > 0.0, length, 1.0))
 
 
 def _of_unit_length(

@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..robot import Robot
 from ..tolerances import NONZERO
 from .recording import Recording
+from .units import LEAST_SCALE, MOST_SCALE, unit_of_falls
 
 # Samples of windows to look for free fall in.
 WINDOWS = (15, 25)
@@ -23,16 +24,6 @@ LEAST_FALL = 1e-3
 DOWN, ALIKE_FALLS = 0.95, 0.1
 # So many windows at least tell the size of free fall.
 FEWEST_FALLS = 3
-# Scales that are uncertain calibrations; beyond, units are mistaken.
-LEAST_SCALE, MOST_SCALE = 0.5, 2.0
-UNITS = {
-    1e3: 'lengths look like millimetres; state length="mm" in the RecordingFormat',
-    1e2: 'lengths look like centimetres; state length="cm" in the RecordingFormat',
-    1e-6: 'times look like milliseconds; state time="ms" in the RecordingFormat',
-    1e-12: 'times look like microseconds; state time="us" in the RecordingFormat',
-    1e-18: 'times look like nanoseconds; state time="ns" in the RecordingFormat',
-    1e-3: "lengths look like kilometres, or millimetres that were divided by 1000 twice",
-}
 # Those of lengths: units of times show in the steps between samples too.
 LENGTHS = (1e3, 1e2)
 # A direction of the unknowns that flights tell less of, relative to the best, is not told.
@@ -125,13 +116,7 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
         )
     size = float(np.linalg.norm(gravity))
     if not LEAST_SCALE < scale < MOST_SCALE:
-        words = next(
-            (text for unit, text in UNITS.items() if LEAST_SCALE < scale / unit < MOST_SCALE),
-            "state the units in the RecordingFormat",
-        )
-        raise InputError(
-            f"calibrate: bodies fall with {scale * size:.4g} instead of {size:.4g} m/s²: {words}"
-        )
+        raise InputError(f"calibrate: {unit_of_falls(scale, size)[1]}")
     return scale
 
 
@@ -140,11 +125,8 @@ def length_unit(recordings: list[Recording], gravity: np.ndarray) -> str | None:
     scale = _scale_of_windows(recordings, gravity)
     if scale is None:
         return None
-    size = float(np.linalg.norm(gravity))
-    for unit in LENGTHS:
-        if LEAST_SCALE < scale / unit < MOST_SCALE:
-            return f"bodies fall with {scale * size:.4g} instead of {size:.4g} m/s²: {UNITS[unit]}"
-    return None
+    unit, words = unit_of_falls(scale, float(np.linalg.norm(gravity)))
+    return words if unit in LENGTHS else None
 
 
 def _scale_of_windows(recordings: list[Recording], gravity: np.ndarray) -> float | None:

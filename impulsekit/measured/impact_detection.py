@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +13,11 @@ from ..errors import InputError, RangeError, ShapeError, check_kind
 from ..robot.arrays import lock
 from ..scene import Scene
 from .active_contacts import ClosingContacts
-from .columns import TIME_UNITS
 from .flight import Flight
 from .found_impacts import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
-from .order_and_signs import check_order_by_balance, check_quaternion_order, quaternions_of
+from .quaternion_order import check_order_by_balance, check_quaternion_order, quaternions_of
 from .recording import Recording, as_recordings
-from .recording_checks import checked_velocities
 from .segments import (
     MEDIAN_TO_SIGMA,
     Kink,
@@ -28,6 +27,7 @@ from .segments import (
     is_smooth,
     meeting_of,
 )
+from .units import check_steps, checked_velocities
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -48,12 +48,6 @@ FEWEST_GAPS = 8
 SHORT = 4
 # Flights with more samples missing between them do not meet: something else lies there.
 MOST_MISSED = 3
-# Samples that flights are followed through are so far apart [s]; others are of one instant, have
-# times in another unit, or lie on either side of a pause that takes long to follow, for nothing.
-STEPS = (1e-7, 100.0)
-# A body falls 0.2 m in this time [s]: no flight shows in slower samples; their times are likely in
-# another unit, if they are samples of 10 Hz to 100 kHz in it.
-SLOWEST, LIKELY = 0.2, (1e-5, 0.1)
 # Recordings whose free fall is looked at for the unit of lengths; one scene's are alike.
 MOST_LOOKED_AT = 8
 # Rounds in which samples change flights, by the times of the impacts.
@@ -108,8 +102,7 @@ def find_impacts(
     nv = scene.robot.nv
     told = _check_readings(several, scene)
     noise = _given_sigma(sigma, several, nv)
-    flight, closing = Flight(scene), ClosingContacts(scene)
-    notes: list[str] = []
+    flight, notes = Flight(scene), list[str]()
     if noise is None:
         estimated = flights_with_noise(flight, several)
         if estimated is None:
@@ -117,18 +110,15 @@ def find_impacts(
                 "find_impacts: the recordings are too short to estimate their noise; give sigma"
             )
         noise = estimated[0]
-
-    def of_all(own: Sequence[Recording]) -> tuple[list[list[FoundImpact]], list[Any], list[Any]]:
-        return _of_recordings(flight, closing, own, noise, near)
-
-    by_recording, phases, outliers = of_all(several)
+    detector = _Detector(flight, ClosingContacts(scene), noise, near)
+    by_recording, phases, outliers = detector.of_all(several)
     impacts = [impact for own in by_recording for impact in own]
     if impacts and not told:
         words = check_order_by_balance(
-            by_recording, several, lambda own: of_all(own)[0], "find_impacts"
+            by_recording, several, lambda own: detector.of_all(own)[0], "find_impacts"
         )
         notes += [words] if words else []
-    impacts, merged = _off_their_contacts(closing, impacts)
+    impacts, merged = _off_their_contacts(detector.closing, impacts)
     if merged:
         notes.append(
             f"{len(merged)} jumps lie off the floor of the other impacts: more than one impact "
@@ -147,57 +137,105 @@ def find_impacts(
     return FoundImpacts(tuple(impacts), tuple(phases), tuple(outliers), noise, tuple(notes))
 
 
-def _of_recordings(
-    flight: Flight,
-    closing: ClosingContacts,
-    several: Sequence[Recording],
-    sigma: np.ndarray,
-    near: float,
-) -> tuple[list[list[FoundImpact]], list[tuple[str, float, float]], list[tuple[str, float]]]:
-    """Impacts by recording, and phases and outliers of all."""
-    impacts: list[list[FoundImpact]] = []
-    phases: list[tuple[str, float, float]] = []
-    outliers: list[tuple[str, float]] = []
-    for recording in several:
-        cut = find_segments(flight, recording.t, recording.q, sigma)
-        outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
-        own_impacts, own_phases = _of_recording(flight, closing, recording, cut, sigma, near)
-        impacts.append(own_impacts)
-        phases += own_phases
-    return impacts, phases, outliers
+@dataclass(frozen=True, eq=False)
+class _Detector:
+    """Impacts of recordings, by flights that meet.
 
+    Attributes:
+        flight, closing: of the scene. sigma: (nv,) noise. near: as for ``find_impacts``.
+    """
 
-def _of_recording(
-    flight: Flight,
-    closing: ClosingContacts,
-    recording: Recording,
-    cut: Segments,
-    sigma: np.ndarray,
-    near: float,
-) -> tuple[list[FoundImpact], list[tuple[str, float, float]]]:
-    """Impacts and phases of one recording."""
-    from scipy import stats
+    flight: Flight
+    closing: ClosingContacts
+    sigma: np.ndarray
+    near: float
 
-    nv = flight.model.nv
-    least_jump = float(stats.chi2.isf(FALSE_JUMP, nv))
-    most_opening = float(stats.chi2.isf(FALSE_MEETING, max(nv - 1, 1)))
-    t, q = recording.t, recording.q
-    impacts, phases = [], []
-    flights = cut.flights
-    known: dict[tuple[bytes, bytes], Any] = {}
-    for _ in range(RECUTS):
-        flights = _cut_at(flights, _meetings(flight, t, q, flights, sigma, known))
-    meetings = _meetings(flight, t, q, flights, sigma, known)
-    for left, right, found in zip(flights[:-1], flights[1:], meetings, strict=True):
-        if found is None or found[0].opening > most_opening or not _fly(found[0]):
-            phases.append((recording.name, float(t[left[-1]]), float(t[right[0]])))
-            continue
-        kink, (before, after) = found
-        own = np.concatenate([before, after])
-        if kink.jump < least_jump or is_smooth(flight, t, q, own, sigma, kink.cost):
-            continue
-        impacts.append(_impact(closing, recording, kink, (len(before), len(after)), near))
-    return impacts, phases
+    def of_all(
+        self, several: Sequence[Recording]
+    ) -> tuple[list[list[FoundImpact]], list[tuple[str, float, float]], list[tuple[str, float]]]:
+        """Impacts by recording, and phases and outliers of all."""
+        impacts: list[list[FoundImpact]] = []
+        phases: list[tuple[str, float, float]] = []
+        outliers: list[tuple[str, float]] = []
+        for recording in several:
+            cut = find_segments(self.flight, recording.t, recording.q, self.sigma)
+            outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
+            own_impacts, own_phases = self._of_one(recording, cut)
+            impacts.append(own_impacts)
+            phases += own_phases
+        return impacts, phases, outliers
+
+    def _of_one(
+        self, recording: Recording, cut: Segments
+    ) -> tuple[list[FoundImpact], list[tuple[str, float, float]]]:
+        from scipy import stats
+
+        nv = self.flight.model.nv
+        least_jump = float(stats.chi2.isf(FALSE_JUMP, nv))
+        most_opening = float(stats.chi2.isf(FALSE_MEETING, max(nv - 1, 1)))
+        t, q = recording.t, recording.q
+        impacts, phases = [], []
+        flights = cut.flights
+        known: dict[tuple[bytes, bytes], Any] = {}
+        for _ in range(RECUTS):
+            flights = _cut_at(flights, self._meetings(t, q, flights, known))
+        meetings = self._meetings(t, q, flights, known)
+        for left, right, found in zip(flights[:-1], flights[1:], meetings, strict=True):
+            if found is None or found[0].opening > most_opening or not _fly(found[0]):
+                phases.append((recording.name, float(t[left[-1]]), float(t[right[0]])))
+                continue
+            kink, (before, after) = found
+            if kink.jump < least_jump or self._is_smooth(t, q, found):
+                continue
+            impacts.append(self._impact(recording.name, kink, (len(before), len(after))))
+        return impacts, phases
+
+    def _meetings(
+        self,
+        t: np.ndarray,
+        q: np.ndarray,
+        flights: list[np.ndarray],
+        known: dict[tuple[bytes, bytes], Any],
+    ) -> list[Any]:
+        """The meeting of each flight with the next; None if too far apart, or short and smooth.
+
+        ``known``: what was found for two flights, by their samples.
+        """
+        found: list[Any] = []
+        for left, right in pairwise(flights):
+            key = left.tobytes(), right.tobytes()
+            if key not in known:
+                sides = left[-MOST_SAMPLES:], right[:MOST_SAMPLES]
+                meeting = None
+                if right[0] - left[-1] <= MOST_MISSED:
+                    meeting = meeting_of(self.flight, t, q, sides, self.sigma)
+                # Pieces of what slides or rolls; longer flights may have ended late and be cut
+                # again.
+                short = max(len(left), len(right)) <= SHORT
+                if meeting is not None and short and self._is_smooth(t, q, meeting):
+                    meeting = None
+                known[key] = meeting
+            found.append(known[key])
+        return found
+
+    def _is_smooth(self, t: np.ndarray, q: np.ndarray, meeting: Any) -> bool:
+        kink, sides = meeting
+        return is_smooth(self.flight, t, q, np.concatenate(sides), self.sigma, kink.cost)
+
+    def _impact(self, recording: str, kink: Kink, samples: tuple[int, int]) -> FoundImpact:
+        nv = len(kink.before)
+        none, one = np.zeros((nv, nv)), np.eye(nv)
+        to_jump = np.block([[one, none, none], [none, -one, one]])
+        spread = to_jump @ kink.covariance @ to_jump.T
+        jump = kink.after - kink.before
+        names, gaps, impulses, balance = self.closing.of_jump(
+            kink.q, jump, spread, kink.before, self.near
+        )
+        lock(kink.q, kink.before, kink.after, kink.covariance, gaps, impulses)
+        return FoundImpact(
+            recording, kink.time, kink.time_sigma, kink.q, kink.before, kink.after,
+            kink.covariance, names, gaps, impulses, balance, samples,
+        )  # fmt: skip
 
 
 def _off_their_contacts(
@@ -228,38 +266,6 @@ def _off_their_contacts(
     return [each for each in impacts if not any(each is other for other in lost)], phases
 
 
-def _meetings(
-    flight: Flight,
-    t: np.ndarray,
-    q: np.ndarray,
-    flights: list[np.ndarray],
-    sigma: np.ndarray,
-    known: dict[tuple[bytes, bytes], Any],
-) -> list[Any]:
-    """The meeting of each flight with the next; None if too far apart, or short and smooth.
-
-    ``known``: what was found for two flights, by their samples.
-    """
-    found: list[Any] = []
-    for left, right in pairwise(flights):
-        key = left.tobytes(), right.tobytes()
-        if key in known:
-            found.append(known[key])
-            continue
-        sides = left[-MOST_SAMPLES:], right[:MOST_SAMPLES]
-        meeting = None
-        if right[0] - left[-1] <= MOST_MISSED:
-            meeting = meeting_of(flight, t, q, sides, sigma)
-        # Pieces of what slides or rolls; longer flights may have ended late and be cut again.
-        if meeting is not None and max(len(left), len(right)) <= SHORT:
-            own = np.concatenate(meeting[1])
-            if is_smooth(flight, t, q, own, sigma, meeting[0].cost):
-                meeting = None
-        known[key] = meeting
-        found.append(meeting)
-    return found
-
-
 def _cut_at(flights: list[np.ndarray], meetings: list[Any]) -> list[np.ndarray]:
     """The flights with each sample on the side of an impact on which the time found puts it.
 
@@ -288,36 +294,6 @@ def _fly(kink: Kink) -> bool:
     )
 
 
-def _impact(
-    closing: ClosingContacts,
-    recording: Recording,
-    kink: Kink,
-    samples: tuple[int, int],
-    near: float,
-) -> FoundImpact:
-    nv = len(kink.before)
-    none, one = np.zeros((nv, nv)), np.eye(nv)
-    to_jump = np.block([[one, none, none], [none, -one, one]])
-    spread = to_jump @ kink.covariance @ to_jump.T
-    jump = kink.after - kink.before
-    names, gaps, impulses, balance = closing.of_jump(kink.q, jump, spread, kink.before, near)
-    lock(kink.q, kink.before, kink.after, kink.covariance, gaps, impulses)
-    return FoundImpact(
-        recording.name,
-        kink.time,
-        kink.time_sigma,
-        kink.q,
-        kink.before,
-        kink.after,
-        kink.covariance,
-        names,
-        gaps,
-        impulses,
-        balance,
-        samples,
-    )
-
-
 def _check(several: list[Any], scene: Any, near: float) -> None:
     check_kind(scene, Scene, "find_impacts")
     if not several:
@@ -327,7 +303,7 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
             raise InputError(
                 f"find_impacts: recording {each.name or 'given'} is of another robot than the scene"
             )
-        _check_steps(each)
+        check_steps(each.t, each.name or "given")
     if not (np.isfinite(near) and near > 0.0):
         raise RangeError.of("find_impacts: near", near, "above 0 m")
 
@@ -352,35 +328,6 @@ def _check_readings(several: list[Recording], scene: Scene) -> bool:
     if words is not None:
         raise InputError(f"find_impacts: {words}")
     return check_quaternion_order(several, scene, "find_impacts") or measured
-
-
-def _check_steps(recording: Recording) -> None:
-    least, most = STEPS
-    steps = np.diff(recording.t)
-    name = recording.name or "given"
-    middle = float(np.median(steps)) if len(steps) else 0.0
-    if middle > SLOWEST:
-        units = [
-            unit for unit, size in TIME_UNITS.items() if LIKELY[0] <= size * middle <= LIKELY[1]
-        ]
-        advice = (
-            f'times look like {" or ".join(units)}; state time="{units[0]}" in the RecordingFormat'
-            if units
-            else "state the unit of times in the RecordingFormat"
-        )
-        raise RangeError.of(
-            f"find_impacts: recording {name}: median time between samples", middle,
-            f"{SLOWEST:g} s or less ({advice})",
-        )  # fmt: skip
-    off = np.flatnonzero(~((steps >= least) & (steps <= most)))
-    if len(off):
-        k = int(off[0])
-        raise RangeError.of(
-            f"find_impacts: recording {name}: t[{k + 1}] - t[{k}]",
-            float(steps[k]),
-            f"{least:g} to {most:g} s (give one sample of each instant, cut the recording at "
-            "pauses, and state its time unit in the RecordingFormat)",
-        )
 
 
 def _given_sigma(sigma: Any, several: list[Recording], nv: int) -> np.ndarray | None:

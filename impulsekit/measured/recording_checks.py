@@ -2,52 +2,48 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..errors import InputError, NotFiniteError, RangeError
-from ..robot import Robot
 
 # A stretch that comes late takes its place between two samples: sorted, at most three joints of
 # stretches for each time that runs back. Clocks that begin again give as many as there are samples.
 INTERLEAVED = 3
 
 
-def without_gaps(
-    t: np.ndarray, q: np.ndarray, v: np.ndarray | None, where: str, repair: Any, notes: list[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+# Times (T,), configurations (T, nq), and velocities (T, nv) where there are any.
+Samples = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+
+
+def without_gaps(samples: Samples, where: str, repair: Any, notes: list[str]) -> Samples:
     """Samples that are finite."""
-    fine = np.isfinite(t) & np.isfinite(q).all(axis=1)
-    if v is not None:
-        fine &= np.isfinite(v).all(axis=1)
+    parts = [part.reshape(len(part), -1) for part in samples if part is not None]
+    fine = np.isfinite(np.hstack(parts)).all(axis=1)
     bad = np.flatnonzero(~fine)
     if not len(bad):
-        return t, q, v
+        return samples
     if "gaps" not in repair:
         raise NotFiniteError(
-            f"{where}: {len(bad)} of {len(t)} samples hold a NaN or an infinity, the first is "
+            f"{where}: {len(bad)} of {len(fine)} samples hold a NaN or an infinity, the first is "
             f'sample {bad[0]}; repair="gaps" leaves them out',
             what=where, where=int(bad[0]),
         )  # fmt: skip
     if not fine.any():
         raise InputError(f"{where}: every sample holds a NaN or an infinity")
-    notes.append(f"{len(bad)} of {len(t)} samples with a NaN or an infinity are left out")
-    return t[fine], q[fine], None if v is None else v[fine]
+    notes.append(f"{len(bad)} of {len(fine)} samples with a NaN or an infinity are left out")
+    return _chosen(samples, fine)
 
 
-def in_order(
-    t: np.ndarray, q: np.ndarray, v: np.ndarray | None, where: str, repair: Any, notes: list[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+def in_order(samples: Samples, where: str, repair: Any, notes: list[str]) -> Samples:
     """Samples whose times rise."""
+    t = samples[0]
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if not len(back):
-        return t, q, v
+        return samples
+    k = int(back[0])
     if "time" not in repair:
-        k = int(back[0])
         raise RangeError(
             f"{where}: times must rise, got {t[k + 1]:.9g} s after {t[k]:.9g} s at sample {k + 1} "
             f'({len(back)} such); repair="time" sorts them and leaves out repeated ones',
@@ -56,7 +52,6 @@ def in_order(
     order = np.argsort(t, kind="stable")
     parts = np.searchsorted(back, order)
     if np.count_nonzero(np.diff(parts)) > INTERLEAVED * len(back):
-        k = int(back[0])
         raise RangeError(
             f"{where}: times begin again at {t[k + 1]:.9g} s at sample {k + 1}, and stretches of "
             "samples lie at the same times: two recordings in one; cut it there",
@@ -64,12 +59,18 @@ def in_order(
         )  # fmt: skip
     kept = order[np.concatenate([[True], np.diff(t[order]) > 0.0])]
     notes.append(f"times ran back {len(back)} times; sorted, {len(t) - len(kept)} samples left out")
-    return t[kept], q[kept], None if v is None else v[kept]
+    return _chosen(samples, kept)
+
+
+def _chosen(samples: Samples, which: np.ndarray) -> Samples:
+    t, q, v = samples
+    return t[which], q[which], None if v is None else v[which]
 
 
 def turns_of(quaternions: np.ndarray) -> np.ndarray:
-    """(N, 3, 3) rotations of (N, 4) unit quaternions xyzw."""
-    x, y, z, w = quaternions.T
+    """(N, 3, 3) rotations of (N, 4) quaternions xyzw of any length."""
+    length = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    x, y, z, w = (quaternions / np.where(length > 0.0, length, 1.0)).T
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
         [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
@@ -108,163 +109,3 @@ def repeated_poses(q: np.ndarray) -> list[str]:
         f"{inside[0]} the first: the tracker lost the body, or is slower than the recording; "
         "leave these out"
     ]
-
-
-# Past its limits by more than this share of the way between them a joint is told to be outside:
-# encoders are off by less.
-OUTSIDE = 0.05
-# So far past its limits is no joint in the unit that was stated: an angle by more than one turn, as
-# encoders that count turns may be off [rad]; a slide by so many times the way between its limits.
-TURN, WAYS = 1.05 * math.tau, 10.0
-# An angle without limits that goes so far may be in degrees [rad].
-TURNS = 2.0 * math.tau
-# What readings are in, if they then lie within the limits: over the unit, and the repair.
-ANGLES = {math.pi / 180.0: 'angle="deg"'}
-LENGTHS = {1e-3: 'length="mm"', 1e-2: 'length="cm"'}
-
-
-def check_joint_limits(
-    robot: Robot, q: np.ndarray, angles: Mapping[str, np.ndarray], where: str
-) -> list[str]:
-    """Return notes on joints that leave their limits.
-
-    Args:
-        q: (T, nq). angles: (T,) by joint, of those without limits, as read [rad].
-
-    Raises:
-        InputError: joints lie far outside their limits, and within them in another unit.
-    """
-    model, notes = robot.model, []
-    for joint in list(model.joints)[1:]:
-        if joint.nq != 1 or joint.nv != 1:
-            continue
-        low = float(model.lowerPositionLimit[joint.idx_q])
-        high = float(model.upperPositionLimit[joint.idx_q])
-        if not (np.isfinite([low, high]).all() and low < high):
-            continue
-        name, own = str(model.names[joint.id]), q[:, joint.idx_q]
-        slides = joint.shortname().removeprefix("JointModel").startswith("P")
-        limits = f"{low:.4g} to {high:.4g} {'m' if slides else 'rad'}"
-        past, margin = np.maximum(low - own, own - high), OUTSIDE * (high - low)
-        most, value = float(past.max()), float(own[past.argmax()])
-        if most > (WAYS * (high - low) if slides else TURN):
-            fits = [
-                words
-                for factor, words in (LENGTHS if slides else ANGLES).items()
-                if (np.maximum(low - factor * own, factor * own - high) <= margin).all()
-            ]
-            if fits:
-                raise InputError(
-                    f'{where}: joint "{name}" is at {value:.4g}, and its limits are {limits}; it '
-                    "lies within them in another unit: state "
-                    f"{' or '.join(fits)} in the RecordingFormat"
-                )
-            notes.append(f"joint {name} is at {value:.4g}, far outside its limits of {limits}")
-        elif most > margin:
-            notes.append(
-                f"joint {name} is outside its limits of {limits} in "
-                f"{100.0 * np.mean(past > margin):.0f} % of the samples, by up to {most:.3g}"
-            )
-    for name, angle in angles.items():
-        most = float(np.abs(angle).max())
-        if most > TURNS:
-            notes.append(
-                f"joint {name} goes as far as {most / math.tau:.0f} turns; if these are degrees, "
-                'state angle="deg" in the RecordingFormat'
-            )
-    return notes
-
-
-# Relative difference between velocities and rates, in the median: below the first nothing is
-# looked into; another reading is meant if it leaves less than the second, and less than this
-# share of what the velocities as given leave. Above the last, velocities are noted as unlike.
-FINE, ALIKE, SHARE, APART = 0.1, 0.35, 0.4, 0.6
-# Rates below this [m/s, rad/s] are noise and tell nothing.
-NOISE_OF_RATES = 0.05
-# Fewer moving samples tell nothing.
-FEWEST = 8
-FACTORS = {
-    1000.0: "in mm/s or in milliseconds",
-    0.001: "a thousand times too small (times in ms?)",
-    180.0 / np.pi: "in deg/s",
-    np.pi / 180.0: "57 times too small (angles in degrees?)",
-    100.0: "in cm/s",
-    -1.0: "of the wrong sign",
-}
-
-
-def checked_velocities(
-    robot: Robot, t: np.ndarray, q: np.ndarray, v: np.ndarray | None, where: str, notes: list[str]
-) -> np.ndarray | None:
-    """The velocities, if they agree with the rate of the configurations.
-
-    Raises:
-        InputError: they agree only once units, axes or the order of a quaternion are changed;
-            the error says which.
-    """
-    if v is None or len(t) < FEWEST:
-        return v
-    model = robot.model
-    rates = np.array(
-        [pin.difference(model, q[k], q[k + 1]) / (t[k + 1] - t[k]) for k in range(len(t) - 1)]
-    )
-    means = 0.5 * (v[1:] + v[:-1])
-    for joint in list(model.joints)[1:]:
-        parts = [("velocity", slice(joint.idx_v, joint.idx_v + joint.nv))]
-        if joint.shortname() == "JointModelFreeFlyer":
-            start = joint.idx_v
-            parts = [("angular velocity", slice(start + 3, start + 6)),
-                     ("velocity", slice(start, start + 3))]  # fmt: skip
-        for what, own in parts:
-            rate, mean = rates[:, own], means[:, own]
-            moving = np.linalg.norm(rate, axis=1) > NOISE_OF_RATES
-            if moving.sum() < FEWEST:
-                continue
-            share = _apart(rate[moving], mean[moving])
-            if share < FINE:
-                continue
-            limit = min(ALIKE, SHARE * share)
-            turns = q[:, joint.idx_q + 3 : joint.idx_q + 7] if what == "angular velocity" else None
-            for reason, other_rate, other in _readings(t, rate, mean, turns):
-                moving = np.linalg.norm(other_rate, axis=1) > NOISE_OF_RATES
-                if moving.sum() >= FEWEST and _apart(other_rate[moving], other[moving]) < limit:
-                    raise InputError(
-                        f'{where}: the {what} of joint "{model.names[joint.id]}" does not match '
-                        f"the rate of its positions: {reason}"
-                    )
-            if share < APART:
-                continue
-            notes.append(
-                f"the {what} of joint {model.names[joint.id]} differs from the rate of its "
-                f"positions by {100.0 * share:.0f} % in the median"
-            )
-    return v
-
-
-def _apart(rate: np.ndarray, mean: np.ndarray) -> float:
-    sizes = np.linalg.norm(rate, axis=1)
-    return float(np.median(np.linalg.norm(mean - rate, axis=1) / sizes))
-
-
-def _readings(
-    t: np.ndarray, rate: np.ndarray, mean: np.ndarray, quaternions: np.ndarray | None
-) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Other readings of velocities: what to say, and rates and velocities as they would be.
-
-    Args:
-        quaternions: (T, 4) of a body whose angular velocity it is; else None.
-    """
-    for factor, words in FACTORS.items():
-        reason = f"it looks {words}; state the units in the RecordingFormat"
-        yield reason, rate, mean / factor
-    if quaternions is None:
-        return
-    axes = turns_of(quaternions[:-1])
-    reason = "it looks as if given in {0} axes; call the column omega_{0}"
-    yield reason.format("world"), rate, np.einsum("tji,tj->ti", axes, mean)
-    yield reason.format("body"), rate, np.einsum("tij,tj->ti", axes, mean)
-    reason = "the order of the quaternion looks as if it were the other one, xyzw or wxyz"
-    for order in ([1, 2, 3, 0], [3, 0, 1, 2]):
-        turns = turns_of(quaternions[:, order])
-        ways = [pin.log3(turns[k].T @ turns[k + 1]) for k in range(len(turns) - 1)]
-        yield reason, np.array(ways) / np.diff(t)[:, None], mean

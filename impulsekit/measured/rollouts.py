@@ -119,10 +119,10 @@ class Rollouts:
             start, recording = (starts or self.starts)[i if starts else k], self.recordings[k]
             times = recording.t - recording.t[0]
             settings = self._settings.changed(duration=float(times[-1]), samples=len(times))
-            inputs = batch_inputs(scene, start.q, start.v, None, None, None, None)
-            rows.append((inputs, settings, times))
+            inputs = batch_inputs(scene, start.q, start.v)
+            rows.append((inputs, 0, settings, times))
         # Long ones first, so that no thread waits for the last.
-        order = sorted(range(len(rows)), key=lambda k: -len(rows[k][2]))
+        order = sorted(range(len(rows)), key=lambda k: -len(rows[k][3]))
         found: list[Any] = [None] * len(rows)
 
         def take(index: int, row: RowResult) -> None:

@@ -9,7 +9,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import InputError
 from impulsekit.measured import Recording, calibrate, find_impacts
-from impulsekit.measured.order_and_signs import UNTOLD
+from impulsekit.measured.quaternion_order import UNTOLD
 from tests.measured.bodies import ball_scene, bouncing_ball, noisy
 
 SCENE = ik.load_scene("examples/cube_tosses.toml").scene

@@ -27,7 +27,7 @@ __all__ = ["RowResult", "followed_row", "motion_of_row", "row_without"]
 
 @dataclass(frozen=True, eq=False)
 class RowResult:
-    """What is kept of a motion.
+    """The results that are kept of a motion.
 
     Attributes:
         status: how it ended. detail: what else there is to say.
@@ -64,18 +64,18 @@ def motion_of_row(
         ImpulsekitError: it is refused.
     """
     own = scene_of_row(scene, inputs, row) if varies(scene, inputs) else scene
-    q, v = (array[row if len(array) > 1 else 0] for array in (inputs.q, inputs.v))
-    return simulate(own, q, v, settings=settings, samples=times)
+    return simulate(own, *inputs.state(row), settings=settings, samples=times)
 
 
 def followed_row(
     scene: Scene,
     inputs: BatchInputs,
+    row: int,
     settings: MotionSettings,
     times: np.ndarray,
     interrupts: Interrupts,
 ) -> RowResult:
-    """Follow the only row of ``inputs``; a row that is refused is told as such.
+    """Follow a row of a batch; one that is refused has the status ``REFUSED``.
 
     Args:
         interrupts: what ends it before its time.
@@ -85,13 +85,12 @@ def followed_row(
         KeyboardInterrupt: it came before the row began.
     """
     interrupts.heed()
-    if inputs.codes[0] != Status.SOLVED:
-        return row_without(
-            scene, times, MotionStatus.REFUSED, str(Status(int(inputs.codes[0])).value)
-        )
+    code = Status(int(inputs.codes[row]))
+    if code is not Status.SOLVED:
+        return row_without(scene, times, MotionStatus.REFUSED, str(code.value))
     try:
-        own = scene_of_row(scene, inputs, 0) if varies(scene, inputs) else scene
-        start = checked_start(own, inputs.q[0], inputs.v[0], "simulate")
+        own = scene_of_row(scene, inputs, row) if varies(scene, inputs) else scene
+        start = checked_start(own, *inputs.state(row), "simulate")
         followed = Followed(own, *start, settings)
         return _kept(followed, followed.to_end(times, None, interrupts), times)
     except ImpulsekitError as error:

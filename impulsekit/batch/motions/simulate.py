@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import InputError, check_kind
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
+from ...robot.arrays import lock
 from ...robot.model_checks import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
@@ -86,7 +87,8 @@ def simulate_batch(
     if threads is not None:
         threads = whole(threads, "threads", 1)
     chosen, times = chosen_settings(settings, duration, samples, changes)
-    inputs = batch_inputs(scene, q, v, impulses, restitution, friction, masses)
+    varied = {"restitution": restitution, "friction": friction, "masses": masses}
+    inputs = batch_inputs(scene, q, v, impulses, **varied)
     _check_memory(scene, inputs.size, len(times))
     rows: list[RowResult | None] = [None] * inputs.size
     with shown(progress, inputs.size) as tell:
@@ -98,7 +100,7 @@ def simulate_batch(
             done += 1
             tell(done)
 
-        given = [(inputs.rows(np.array([i])), chosen, times) for i in range(inputs.size)]
+        given = [(inputs, i, chosen, times) for i in range(inputs.size)]
         follow_rows(scene, given, threads, take)
     again = partial(motion_of_row, scene, inputs, settings=chosen, times=times)
     return _batch(scene, times, rows, again)
@@ -127,15 +129,9 @@ def _batch(
     }
     rests = [(i, *rest) for i, row in enumerate(rows) for rest in row.rests]
     of_row, contact, start, end = zip(*rests, strict=True) if rests else ((), (), (), ())
-    arrays: dict[str, np.ndarray] = {
-        "q": np.array([row.q for row in rows]),
-        "v": np.array([row.v for row in rows]),
-        "status": np.array([row.status.code for row in rows], dtype=np.int8),
-        "end": np.array([row.end for row in rows]),
-        "q_end": np.array([row.q_end for row in rows]),
-        "v_end": np.array([row.v_end for row in rows]),
-        "evaluations": np.array([row.evaluations for row in rows]),
-    }
+    names = ("q", "v", "end", "q_end", "v_end", "evaluations")
+    arrays = {name: np.array([getattr(row, name) for row in rows]) for name in names}
+    arrays["status"] = np.array([row.status.code for row in rows], dtype=np.int8)
     impacts = ImpactTable(
         scene.entry_names("contacts"), np.repeat(np.arange(len(rows)), counts), **columns
     )
@@ -146,13 +142,7 @@ def _batch(
         np.array(end, dtype=float),
     )
     times = times.copy()
-    for array in (
-        times,
-        *arrays.values(),
-        *(value for value in vars(impacts).values() if isinstance(value, np.ndarray)),
-        *vars(table).values(),
-    ):
-        array.setflags(write=False)
+    lock(times, *arrays.values(), impacts.row, *columns.values(), *vars(table).values())
     return MotionBatch(
         t=times,
         detail=tuple(row.detail for row in rows),

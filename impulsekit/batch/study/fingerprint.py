@@ -1,4 +1,4 @@
-"""What a row of a study depends on, as plain data that is the same in every process."""
+"""Plain data on all that a row of a study depends on, the same in every process."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def versions() -> dict[str, str]:
 
 
 def robot_digest(robot: Robot) -> str:
-    """Of every field of the model, and of the links, whose masses may vary."""
+    """Digest every field of the model, and of the links, whose masses may vary."""
     digest = hashlib.sha256(robot.model.saveToString().encode())
     for link in robot.links:
         digest.update(f"{link.name} {link.frame_id} {link.joint_id} {link.mass.hex()}".encode())
@@ -46,7 +46,7 @@ def robot_digest(robot: Robot) -> str:
 
 
 def geometry_digest(scene: Scene) -> str:
-    """Of the shapes that collide, meshes with their corners; "" where none can.
+    """Digest the shapes that collide, meshes with their corners; "" where none can.
 
     Geometry is read only where the scene asks for it.
     """
@@ -95,9 +95,17 @@ def described(value: Any, what: str) -> Any:
         fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
         return {"kind": type(value).__qualname__, **described(fields, what)}
     if isinstance(value, types.FunctionType):
-        return _function(value, what)
-    if isinstance(value, types.MethodType) and isinstance(value.__func__, types.FunctionType):
-        return {"method": _function(value.__func__, what), "of": described(value.__self__, what)}
+        parts = (value.__defaults__, value.__kwdefaults__, value.__code__)
+        cells = [cell.cell_contents for cell in value.__closure__ or ()]
+        name = f"{value.__module__}.{value.__qualname__}"
+        return {"function": name, "parts": described(parts, what), "cells": described(cells, what)}
+    if isinstance(value, types.CodeType):
+        constants = described(value.co_consts, what)
+        return {"code": value.co_code.hex(), "names": value.co_names, "constants": constants}
+    if isinstance(value, types.MethodType):
+        return {"method": described([value.__func__, value.__self__], what)}
+    if isinstance(value, frozenset):
+        return sorted(map(repr, value))
     try:
         return {"pickle": hashlib.sha256(pickle.dumps(value, protocol=4)).hexdigest()}
     except Exception:  # pickle raises what the object's own methods raise
@@ -105,23 +113,3 @@ def described(value: Any, what: str) -> Any:
             f"{what}: a study cannot compare {a_thing(value)} with another when it resumes; "
             "give a function, or an object that pickles"
         ) from None
-
-
-def _function(function: types.FunctionType, what: str) -> dict[str, Any]:
-    cells = [cell.cell_contents for cell in function.__closure__ or ()]
-    return {
-        "function": f"{function.__module__}.{function.__qualname__}",
-        "code": _code(function.__code__, what),
-        "defaults": described([function.__defaults__, function.__kwdefaults__], what),
-        "closure": described(cells, what),
-    }
-
-
-def _code(code: types.CodeType, what: str) -> dict[str, Any]:
-    constants = [
-        _code(one, what)
-        if isinstance(one, types.CodeType)
-        else described(sorted(map(repr, one)) if isinstance(one, frozenset) else repr(one), what)
-        for one in code.co_consts
-    ]
-    return {"code": code.co_code.hex(), "names": list(code.co_names), "constants": constants}

@@ -53,17 +53,12 @@ def run_study(
         MissingExtraError: xarray or dask is not installed.
 
     Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene
-        >>> from impulsekit.models import pendulum_urdf
-        >>> from impulsekit.study import Study, Variation, open_study
-        >>> rod = Robot.from_urdf(pendulum_urdf(1))
-        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
-        >>> pushed = Variation("velocity", low=0.0, high=0.1)
-        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
-        >>> import tempfile
+        >>> import dataclasses, tempfile
+        >>> from impulsekit.study import load_study, open_study
+        >>> study = dataclasses.replace(load_study("examples/landing_study.toml"), samples=100)
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     _ = run_study(study, folder + "/rows")
-        ...     rows = len(open_study(folder + "/rows")["status"])
+        ...     store = run_study(study, folder + "/rows")
+        ...     rows = len(open_study(store.path)["status"])
         >>> rows
         100
     """

@@ -173,19 +173,13 @@ def open_study(path: str | os.PathLike[str]) -> Any:
         MissingExtraError: xarray or dask is not installed.
 
     Example:
-        >>> from impulsekit import AppliedImpulse, Robot, Scene
-        >>> from impulsekit.models import pendulum_urdf
-        >>> from impulsekit.study import Study, Variation, run_study
-        >>> rod = Robot.from_urdf(pendulum_urdf(1))
-        >>> scene = Scene(rod, [AppliedImpulse("link_1", linear=[1, 0, 0])])
-        >>> pushed = Variation("velocity", low=0.0, high=0.1)
-        >>> study = Study(scene, [0.0], [0.0], samples=100, vary=[pushed])
-        >>> import tempfile
+        >>> import dataclasses, tempfile
+        >>> from impulsekit.study import load_study, run_study
+        >>> study = dataclasses.replace(load_study("examples/landing_study.toml"), samples=100)
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     _ = run_study(study, folder + "/rows")
-        ...     rows = open_study(folder + "/rows").load()
+        ...     rows = open_study(run_study(study, folder + "/rows").path).load()
         >>> rows["v_after"].shape
-        (100, 1)
+        (100, 18)
     """
     xarray, da = _libraries()
     folder = pathlib.Path(path_of(path, "the store of a study"))
