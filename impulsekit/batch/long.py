@@ -106,7 +106,7 @@ class LongTree:
         q: ArrayLike | None = None,
         v: ArrayLike | None = None,
     ) -> LongImpact:
-        """How fast everything moves an instant after known impulses.
+        """Solve how fast everything moves an instant after known impulses.
 
         Args:
             impulses: blows on links and kicks in joints, as in a ``Scene``.

@@ -24,7 +24,7 @@ __all__ = ["BatchPlan", "Program", "program_of"]
 
 @dataclass(frozen=True)
 class BatchPlan:
-    """How a batch is solved.
+    """The plan by which a batch is solved.
 
     Attributes:
         rows: how many rows of constraints there are.
@@ -64,7 +64,7 @@ _programs: KeptByScene[_Programs] = KeptByScene(lambda scene: {})
 
 
 def is_new(scene: Scene) -> bool:
-    """Whether no batch of a scene was solved yet."""
+    """Return whether no batch of a scene was solved yet."""
     return not _programs.of(scene)
 
 

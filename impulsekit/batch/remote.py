@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError, MissingExtraError, a_thing
 from ..robot.arrays import floats
 from ..scene import Scene
-from .result import ImpactBatch
+from .result import ImpactBatch, shape_of
 
 __all__ = ["check_client", "computed", "is_lazy", "solve_lazily"]
 
@@ -48,7 +48,6 @@ def solve_lazily(
     with MissingExtraError.unless("dask", "study", "a batch of dask arrays"):
         import dask
         import dask.array as da
-    from .shapes import shape_of
 
     contacts = len(scene.contacts)
     chunks = _chunks(given, contacts)

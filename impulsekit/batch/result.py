@@ -11,11 +11,13 @@ import numpy as np
 from ..display import Displayed, one_line
 from ..errors import InputError
 from ..impact.status import Status
+from ..rows.entries import rows_of_entry
+from ..scene import Scene
 
 if TYPE_CHECKING:
     from .program import BatchPlan
 
-__all__ = ["OUTPUTS", "VERDICTS", "ImpactBatch"]
+__all__ = ["OUTPUTS", "VERDICTS", "ImpactBatch", "shape_of"]
 
 # What ``ImpactBatch.uniqueness`` counts, in order.
 VERDICTS = ("proven", "not proven", "several")
@@ -32,6 +34,24 @@ OUTPUTS = (
     "gaps",
     "uniqueness",
 )
+
+
+def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
+    """The shape of an output for one row, by its name."""
+    if name in ("energy_change", "uniqueness"):
+        return ()
+    if name in ("contact_impulses", "normal_components"):
+        return (len(scene.contacts), 3)
+    if name == "gaps":
+        return (len(scene.contacts),)
+    if name == "constraint_impulses":
+        said = (rows_of_entry(scene.robot, entry) for entry in scene.held)
+        return (sum(len(rows.labels) for rows in said),)
+    if name == "reactions":
+        return (scene.robot.model.njoints - 1, 6)
+    if name == "bodies":
+        return (len(scene.robot.links), 6)
+    return (scene.robot.nv,)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,7 +165,7 @@ class ImpactBatch(Displayed):
         return np.isin(self.status, good)
 
     def count(self) -> dict[Status, int]:
-        """How many rows have each status."""
+        """Return the number of rows by status."""
         return {Status(k): n for k, n in sorted(Counter(self.status.tolist()).items())}
 
     def _asked(self, name: str) -> np.ndarray:

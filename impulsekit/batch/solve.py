@@ -18,9 +18,8 @@ from .inputs import BatchInputs, batch_inputs
 from .program import Program, is_new, program_of
 from .progress import shown
 from .remote import computed, is_lazy, solve_lazily
-from .result import OUTPUTS, ImpactBatch
+from .result import OUTPUTS, ImpactBatch, shape_of
 from .rows import verdicts_of
-from .shapes import shape_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -84,8 +84,8 @@ def fit(ctx: click.Context, file: str, measured: str | None, level: float, **opt
     --inertia, fit all contact coefficients that are numbers above zero.
     """
     from ..design.fit import fit_impacts
-    from ..design.measurement_files import load_measurements
     from ..errors import RangeError
+    from ..measured.measurement_files import load_measurements
     from ..scenefile import load_scene
 
     check_outputs(options["json_to"])

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..errors import InputError, RangeError, UnknownNameError, a_thing, check_ki
 from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..impact.named import ByName
-from ..robot.arrays import lock, read_only
+from ..robot.arrays import read_only
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
@@ -114,22 +114,19 @@ class ForceHistory(OneLine):
         beside it, are not included.
         """
         scale = self.peak_force / self.impulse
-        reactions = {}
-        for joint, reaction in self._impact.reactions.items():
-            wrench = scale * reaction
-            wrench.setflags(write=False)
-            reactions[joint] = wrench
-        return ByName(reactions, "joint")
+        reactions = self._impact.reactions.items()
+        return ByName({joint: read_only(scale * each) for joint, each in reactions}, "joint")
 
     @cached_property
     def peak_loads(self) -> Mapping[str, JointLoad]:
         """By joint name, ``peak_reactions`` in the joint's own axes: a ``JointLoad`` [N, N m]."""
         scale = self.peak_force / self.impulse
-        loads = {}
-        for joint, load in self._impact.joint_loads.items():
-            parts = scale * load.force, scale * load.moment
-            lock(*parts)
-            loads[joint] = JointLoad(joint, *parts, load.axis)
+        loads = {
+            joint: JointLoad(
+                joint, read_only(scale * load.force), read_only(scale * load.moment), load.axis
+            )
+            for joint, load in self._impact.joint_loads.items()
+        }
         return ByName(loads, "joint")
 
     @cached_property
@@ -233,10 +230,10 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
     checked_curve(curve, "force_history")
     index, point = _only_contact(impact, contact)
     name = impact.scene.entry_names("contacts")[index]
-    outcome = impact.outcome
-    solution, jacobian = outcome.contacts, outcome.touches[point].jacobian  # type: ignore[union-attr]
+    outcome: Any = impact.outcome
+    solution, jacobian = outcome.contacts, outcome.touches[point].jacobian
     before, after = float(jacobian[2] @ impact.v_before), float(jacobian[2] @ impact.v_after)
-    impulse, work = solution.impulse[3 * point + 2], solution.normal_work[point]  # type: ignore[union-attr]
+    impulse, work = solution.impulse[3 * point + 2], solution.normal_work[point]
     where = f'contact "{name}"'
     phases = phases_of(float(impulse), before, after, float(work), where)
     way = way_of(phases, curve, where)
@@ -266,7 +263,8 @@ def checked_curve(curve: Curve, what: str) -> None:
 def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
     """The index of the contact that carries the impulse, and of its touching point."""
     scene = impact.scene
-    if not _is_valid(impact):
+    # As far as is known it has to be the only answer.
+    if not impact.status.valid or impact.uniqueness.several:
         raise InputError(f"force_history: the impact is not valid: {impact.describe_status()}")
     if scene.impulses:
         raise InputError(
@@ -288,33 +286,21 @@ def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
             "defined; set both to 0"
         )
     names = scene.entry_names("contacts")
-    if contact is not None:
-        _check_name(contact, names)
-    outcome = impact.outcome
-    loaded = []
-    if outcome is not None and outcome.contacts is not None:
-        normal = outcome.contacts.impulse[2::3]
-        loaded = [i for i in range(len(normal)) if normal[i] > 0.0]
+    known = names if isinstance(contact, str) else range(len(names))
+    if contact is not None and contact not in known:
+        raise UnknownNameError.among("contact", str(contact), names, "force_history")
+    outcome: Any = impact.outcome
+    normal = () if outcome is None or outcome.contacts is None else outcome.contacts.impulse[2::3]
+    loaded = [i for i, impulse in enumerate(normal) if impulse > 0.0]
     if not loaded:
         raise InputError("force_history: no contact carries an impulse")
     if len(loaded) > 1:
-        touched = sorted({names[outcome.touches[i].entry] for i in loaded})  # type: ignore[union-attr]
+        touched = sorted({names[outcome.touches[i].entry] for i in loaded})
         raise InputError(
             f"force_history: {len(loaded)} points carry impulses at once ({', '.join(touched)}); "
             "how they share the time depends on the stiffness of each"
         )
-    index = outcome.touches[loaded[0]].entry  # type: ignore[union-attr]
+    index = outcome.touches[loaded[0]].entry
     if contact is not None and contact not in (index, names[index]):
         raise InputError(f'force_history: "{contact}" carries no impulse, "{names[index]}" does')
     return index, loaded[0]
-
-
-def _is_valid(impact: Impact) -> bool:
-    """Return whether the answer is valid and, as far as is known, the only one."""
-    return impact.status.valid and not impact.uniqueness.several
-
-
-def _check_name(contact: str | int, names: tuple[str, ...]) -> None:
-    known = contact in names if isinstance(contact, str) else contact in range(len(names))
-    if not known:
-        raise UnknownNameError.among("contact", str(contact), names, "force_history")

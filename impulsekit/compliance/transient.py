@@ -13,6 +13,7 @@ import numpy as np
 from ..design.response import impact_ellipsoid, unit_vector
 from ..display import OneLine
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..impact.mechanics import Mechanics
 from ..robot import Robot, state
 from ..scene import Scene
 from ..scene.numbers import keep, number, positive, text
@@ -195,9 +196,10 @@ def transient_contact(
     contact_area = None if area is None else number(area, "area")
     if contact_area is not None and not contact_area > 0.0:
         raise RangeError.of("area", contact_area, "above 0")
-    name = frame if frame is not None else _fastest_link(own, place, moving)
+    mechanics = Mechanics(Scene(own), place)
+    name = frame if frame is not None else _fastest_link(mechanics, own, moving)
     found = impact_ellipsoid(scene, place, name, at)
-    velocity = _velocity(scene, place, moving, name, found.at)
+    velocity = mechanics.point_jacobian(name, np.array(found.at))[:3] @ moving
     if direction is None:
         if not float(np.linalg.norm(velocity)) > STILL:
             raise InputError(
@@ -255,23 +257,11 @@ def _region(body: str | BodyRegion, limits: Mapping[str, BodyRegion]) -> BodyReg
     return region
 
 
-def _velocity(
-    scene: Scene, q: np.ndarray, v: np.ndarray, frame: str, at: tuple[float, float, float]
-) -> np.ndarray:
-    from ..impact.mechanics import Mechanics
-
-    mechanics = Mechanics(Scene(scene.robot), q)
-    velocity: np.ndarray = mechanics.point_jacobian(frame, np.array(at))[:3] @ v
-    return velocity
-
-
-def _fastest_link(robot: Robot, q: np.ndarray, v: np.ndarray) -> str:
+def _fastest_link(mechanics: Mechanics, robot: Robot, v: np.ndarray) -> str:
     """The link whose origin moves fastest; of equally fast ones the first."""
-    from ..impact.mechanics import Mechanics
-
-    mechanics = Mechanics(Scene(robot), q)
+    origin = np.zeros(3)
     speeds = {
-        link.name: float(np.linalg.norm(mechanics.point_jacobian(link.name, np.zeros(3))[:3] @ v))
+        link.name: float(np.linalg.norm(mechanics.point_jacobian(link.name, origin)[:3] @ v))
         for link in robot.links
         if link.joint_id > 0
     }

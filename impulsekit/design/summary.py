@@ -100,8 +100,6 @@ def plot_sparing(
         >>> ax = plot_sparing(rod, [0.0], "joint_1", "link_1", *line)
         >>> ax.figure.savefig("sparing.svg")  # doctest: +SKIP
     """
-    from .centre_of_percussion import spare_joint
-
     ax = _axes(ax)
     best = spare_joint(scene, q, joint, frame, start, end, direction)
     response = Response(scene, q)

@@ -108,123 +108,119 @@ def worst_impact(
     moving = state.checked_velocity(robot.model, v)
     if kind not in ("force", "couple"):
         raise RangeError.of("kind", kind, '"force" or "couple"')
-    box = _Box(robot, restitution, friction, pose or {})
-    search = _Search(scene, place, moving, joint, slice(0, 3) if kind == "force" else slice(3, 6))
-    corners = itertools.product((0.0, 1.0), repeat=len(box))
+    bounds = _bounds(robot, restitution, friction, pose or {})
+    part = slice(0, 3) if kind == "force" else slice(3, 6)
+    search = _Search(scene, place, moving, joint, part, bounds)
+    count = len(bounds)
+    corners = itertools.product((0.0, 1.0), repeat=count)
     points = [np.array(corner) for corner in itertools.islice(corners, 1024)]
     if samples:
         from scipy.stats import qmc
 
-        count = 2 ** math.ceil(math.log2(max(samples, 2)))
-        points += list(qmc.Sobol(len(box), seed=0).random(count)[:samples])
-    best = max(((search.size(box, x), i) for i, x in enumerate(points)), default=(-1.0, 0))
-    if best[0] < 0.0:
+        power = math.ceil(math.log2(max(samples, 2)))
+        points += list(qmc.Sobol(count, seed=0).random(2**power)[:samples])
+    sizes = [search.size(point) for point in points]
+    # Of equal sizes the last one.
+    most, best = max(zip(sizes, range(len(sizes)), strict=True))
+    if most < 0.0:
         raise InputError("worst_impact: no impact of the box is valid")
-    x, most = points[best[1]].copy(), best[0]
+    x = points[best].copy()
     step = 0.25
     while step > LEAST_STEP:
         better = False
-        for k, sign in itertools.product(range(len(box)), (-1.0, 1.0)):
+        for k, sign in itertools.product(range(count), (-1.0, 1.0)):
             other = x.copy()
             other[k] = min(max(other[k] + sign * step, 0.0), 1.0)
-            size = search.size(box, other)
+            size = search.size(other)
             if size > most:
                 x, most, better = other, size, True
         step = step if better else 0.618 * step
-    return search.at(box, x)
+    return search.at(x)
 
 
-class _Box:
-    """The unit cube as coefficients and offsets."""
+# By "restitution", "friction", or the entry of q that is offset.
+_Bounds = dict[str | int, tuple[float, float]]
 
-    def __init__(
-        self,
-        robot: Robot,
-        restitution: Sequence[float] | None,
-        friction: Sequence[float] | None,
-        pose: Mapping[str, Sequence[float]],
-    ) -> None:
-        self.names: list[str] = []
-        self.bounds: list[tuple[float, float]] = []
-        for name, bounds, most in (
-            ("restitution", restitution, 1.0),
-            ("friction", friction, MOST_FRICTION),
-        ):
-            if bounds is not None:
-                self._add(name, bounds, 0.0, most)
-        self.places: list[int] = []
-        for name, bounds in pose.items():
-            entry = robot.model.joints[robot.joint_id(name)]
-            if entry.nq != 1:
-                raise InputError(f'pose: joint "{name}" has no single coordinate')
-            self.places.append(entry.idx_q)
-            self._add(f'pose["{name}"]', bounds, -math.inf, math.inf)
-        if not self.names:
-            raise InputError("worst_impact: give restitution=, friction= or pose= to vary")
 
-    def _add(self, name: str, bounds: Sequence[float], least: float, most: float) -> None:
-        if len(bounds) != 2:
-            raise RangeError.of(name, bounds, "two numbers, low and high")
-        low, high = (number(x, name) for x in bounds)
-        if not least <= low <= high <= most:
-            raise RangeError.of(name, (low, high), f"low <= high within {least:g} to {most:g}")
-        self.names.append(name)
-        self.bounds.append((low, high))
+def _bounds(
+    robot: Robot,
+    restitution: Sequence[float] | None,
+    friction: Sequence[float] | None,
+    pose: Mapping[str, Sequence[float]],
+) -> _Bounds:
+    found: _Bounds = {}
+    if restitution is not None:
+        found["restitution"] = _interval("restitution", restitution, 0.0, 1.0)
+    if friction is not None:
+        found["friction"] = _interval("friction", friction, 0.0, MOST_FRICTION)
+    for name, ends in pose.items():
+        entry = robot.model.joints[robot.joint_id(name)]
+        if entry.nq != 1:
+            raise InputError(f'pose: joint "{name}" has no single coordinate')
+        found[int(entry.idx_q)] = _interval(f'pose["{name}"]', ends, -math.inf, math.inf)
+    if not found:
+        raise InputError("worst_impact: give restitution=, friction= or pose= to vary")
+    return found
 
-    def __len__(self) -> int:
-        return len(self.names)
 
-    def values(self, x: np.ndarray) -> list[float]:
-        """The numbers at a point of the unit cube."""
-        return [a + t * (b - a) for t, (a, b) in zip(x.tolist(), self.bounds, strict=True)]
+def _interval(name: str, ends: Sequence[float], least: float, most: float) -> tuple[float, float]:
+    if len(ends) != 2:
+        raise RangeError.of(name, ends, "two numbers, low and high")
+    low, high = (number(x, name) for x in ends)
+    if not least <= low <= high <= most:
+        raise RangeError.of(name, (low, high), f"low <= high within {least:g} to {most:g}")
+    return low, high
 
 
 class _Search:
-    """The reaction of one joint, for points of the box."""
+    """The reaction of one joint, for points of the unit cube that stands for the box."""
 
-    def __init__(self, scene: Scene, q: np.ndarray, v: np.ndarray, joint: str, part: slice) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        q: np.ndarray,
+        v: np.ndarray,
+        joint: str,
+        part: slice,
+        bounds: _Bounds,
+    ) -> None:
         self._scene, self._q, self._v = scene, q, v
-        self._joint, self._part = joint, part
+        self._joint, self._part, self._bounds = joint, part, bounds
         self.solved = self.refused = 0
 
-    def _impact(self, box: _Box, x: np.ndarray) -> tuple[Any, dict[str, float]]:
-        values = dict(zip(box.names, box.values(x), strict=True))
-        q, scene = self._q.copy(), self._scene
-        offsets = box.values(x)[len(box) - len(box.places) :]
-        for place, offset in zip(box.places, offsets, strict=True):
-            q[place] += offset
-        changes = {k: values[k] for k in ("restitution", "friction") if k in values}
+    def _impact(self, x: np.ndarray) -> tuple[Any, dict[str, float]]:
+        q, scene, changes = self._q.copy(), self._scene, dict[str, float]()
+        for t, (key, (low, high)) in zip(x.tolist(), self._bounds.items(), strict=True):
+            value = low + t * (high - low)
+            if isinstance(key, str):
+                changes[key] = value
+            else:
+                q[key] += value
         if changes:
             contacts: list[Any] = []
             for entry in scene.contacts:
                 own: dict[str, Any] = {k: n for k, n in changes.items() if hasattr(entry, k)}
                 contacts.append(replace(entry, **own))
             scene = replace(scene, contacts=contacts)
-        return ImpactSolver(scene).solve(q, self._v), values
+        return ImpactSolver(scene).solve(q, self._v), changes
 
-    def size(self, box: _Box, x: np.ndarray) -> float:
+    def size(self, x: np.ndarray) -> float:
         """The size of the reaction; −1 where the impact is not valid."""
-        impact, _ = self._impact(box, x)
+        impact, _ = self._impact(x)
         self.solved += 1
         if not impact.is_valid():
             self.refused += 1
             return -1.0
         return float(np.linalg.norm(self._reaction(impact)[self._part]))
 
-    def at(self, box: _Box, x: np.ndarray) -> WorstImpact:
-        """All that is told of a point."""
-        impact, values = self._impact(box, x)
+    def at(self, x: np.ndarray) -> WorstImpact:
+        """The results at a point."""
+        impact, values = self._impact(x)
         reaction = self._reaction(impact)
         return WorstImpact(
-            self._joint,
-            float(np.linalg.norm(reaction[self._part])),
-            values.get("restitution"),
-            values.get("friction"),
-            impact.q,
-            reaction,
-            self.solved,
-            self.refused,
-        )
+            self._joint, float(np.linalg.norm(reaction[self._part])), values.get("restitution"),
+            values.get("friction"), impact.q, reaction, self.solved, self.refused,
+        )  # fmt: skip
 
     def _reaction(self, impact: Any) -> np.ndarray:
         if self._joint not in impact.reactions:

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = _lazy.attach(
     "impulsekit",
     submod_attrs={
         "design.fit": ["Fit", "Measurement", "fit_impacts"],
-        "design.measurement_files": ["load_measurements"],
+        "measured.measurement_files": ["load_measurements"],
         "measured.calibration": ["Calibration", "calibrate"],
         "measured.columns": ["RecordingFormat"],
         "measured.comparison": ["LawCandidate", "LawComparison", "compare_laws"],

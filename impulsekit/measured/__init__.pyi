@@ -1,7 +1,6 @@
 from ..design.fit import Fit as Fit
 from ..design.fit import Measurement as Measurement
 from ..design.fit import fit_impacts as fit_impacts
-from ..design.measurement_files import load_measurements as load_measurements
 from .calibration import Calibration as Calibration
 from .calibration import calibrate as calibrate
 from .columns import RecordingFormat as RecordingFormat
@@ -13,6 +12,7 @@ from .found_impacts import FoundImpacts as FoundImpacts
 from .identification import Identification as Identification
 from .identification import identify as identify
 from .impact_detection import find_impacts as find_impacts
+from .measurement_files import load_measurements as load_measurements
 from .mirrored_axes import MirroredAxes as MirroredAxes
 from .mirrored_axes import find_mirrored as find_mirrored
 from .motions import MotionFit as MotionFit

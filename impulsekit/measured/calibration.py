@@ -32,6 +32,16 @@ BENT = (5e-4, 5e-3)
 OFF = 0.25
 # What is off by less than so many of its standard deviations is as well zero.
 SURE = 3.0
+# Of the table: attributes, their axes, and the unit in which they are shown.
+_ROWS = (
+    ("length_scale", "", 1.0, ""),
+    ("gravity_tilt", "xy", 1e3, "mrad"),
+    ("sensor_offset", "xyz", 1e3, "mm"),
+    ("mass_centre", "xyz", 1e3, "mm"),
+    ("velocity_lag", "", 1e3, "ms"),
+    ("floor_height", "", 1e3, "mm"),
+    ("floor_tilt", "12", 1e3, "mrad"),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -181,28 +191,15 @@ class Calibration(OneLine):
 
     def __str__(self) -> str:
         lines = [f"from {self.flights} flights and {self.rests} rests"]
-        rows = [("length scale", self.length_scale, self.sigma["length_scale"], 1.0, "")]
-        for i, axis in enumerate("xy"):
-            rows.append((f"gravity tilt {axis}", self.gravity_tilt[i],
-                         self.sigma["gravity_tilt"][i], 1e3, "mrad"))  # fmt: skip
-        for i, axis in enumerate("xyz"):
-            rows.append((f"sensor offset {axis}", self.sensor_offset[i],
-                         self.sigma["sensor_offset"][i], 1e3, "mm"))  # fmt: skip
-        for i, axis in enumerate("xyz"):
-            rows.append((f"mass centre {axis}", self.mass_centre[i],
-                         self.sigma["mass_centre"][i], 1e3, "mm"))  # fmt: skip
-        if self.velocity_lag is not None:
-            rows.append(("velocity lag", self.velocity_lag, self.sigma["velocity_lag"], 1e3, "ms"))
-        rows.append(("floor height", self.floor_height, self.sigma["floor_height"], 1e3, "mm"))
-        for i in range(2):
-            rows.append((f"floor tilt {i + 1}", self.floor_tilt[i],
-                         self.sigma["floor_tilt"][i], 1e3, "mrad"))  # fmt: skip
-        for name, value, deviation, factor, unit in rows:
-            if np.isfinite(deviation):
+        for name, axes, factor, unit in _ROWS:
+            values, deviations = getattr(self, name), self.sigma[name]
+            if values is None:
+                continue
+            own = zip(axes or ("",), np.atleast_1d(values), np.atleast_1d(deviations), strict=True)
+            for axis, value, deviation in own:
+                title = f"{name.replace('_', ' ')} {axis}"
                 told = f"{value * factor:10.4g} ± {deviation * factor:.2g} {unit}".rstrip()
-            else:
-                told = "not determined"
-            lines.append(f"{name:16} {told}")
+                lines.append(f"{title:16} {told if np.isfinite(deviation) else 'not determined'}")
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
 

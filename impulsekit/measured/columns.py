@@ -21,13 +21,16 @@ from ..errors import (
 )
 from ..robot import Robot
 from .csv_table import hint_for_name
-from .recording_checks import in_order, repeated_poses, turns_of, without_gaps
-from .units import (
+from .recording_checks import (
     ANGLE_UNITS,
     LENGTH_UNITS,
     TIME_UNITS,
     check_joint_limits,
     checked_velocities,
+    in_order,
+    repeated_poses,
+    turns_of,
+    without_gaps,
 )
 
 ORDERS = ("xyzw", "wxyz")

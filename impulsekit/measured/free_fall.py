@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..robot import Robot
 from ..tolerances import NONZERO
 from .recording import Recording
-from .units import LEAST_SCALE, MOST_SCALE, unit_of_falls
+from .recording_checks import LEAST_SCALE, MOST_SCALE, unit_of_falls
 
 # Samples of windows to look for free fall in.
 WINDOWS = (15, 25)

@@ -18,6 +18,7 @@ from .found_impacts import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
 from .quaternion_order import check_order_by_balance, check_quaternion_order, quaternions_of
 from .recording import Recording, as_recordings
+from .recording_checks import check_steps, checked_velocities
 from .segments import (
     MEDIAN_TO_SIGMA,
     Kink,
@@ -27,7 +28,6 @@ from .segments import (
     is_smooth,
     meeting_of,
 )
-from .units import check_steps, checked_velocities
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

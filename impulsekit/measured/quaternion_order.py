@@ -16,7 +16,7 @@ from .active_contacts import ClosingContacts
 from .found_impacts import FoundImpact
 from .free_fall import has_one_free_body
 from .recording import Recording
-from .units import OTHER_ORDERS
+from .recording_checks import OTHER_ORDERS
 
 # Recordings looked at, and the lowest samples of each, whose median stands against outliers.
 MOST_RECORDINGS, LOWEST = 24, 12

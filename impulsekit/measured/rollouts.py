@@ -11,8 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..batch.inputs import batch_inputs
-from ..batch.motions.row import RowResult
-from ..batch.motions.threads import follow_rows
+from ..batch.motions.row import RowResult, follow_rows
 from ..errors import InputError
 from ..motion.record.comparing import frame_distances, moving_links
 from ..motion.record.status import MotionStatus
@@ -109,7 +108,7 @@ class Rollouts:
         *,
         starts: Sequence[Start] | None = None,
     ) -> list[Any]:
-        """The motions of some recordings, as ``followed_row`` gives them.
+        """The motions of some recordings, as ``follow_rows`` gives them.
 
         Args:
             starts: in place of the first states of these recordings.

@@ -341,13 +341,11 @@ def _first_guess(
     """The state at a time from the first and last of some samples."""
     first, last = own[0], own[-1]
     middle = first if abs(t[first] - time) < abs(t[last] - time) else last
-    v = np.zeros(flight.model.nv)
-    span = float(t[last] - t[first])
     near = own[1] if middle == first else own[-2]
-    v = pin.difference(flight.model, q[middle], q[near]) / float(t[near] - t[middle])
-    rate = flight.acceleration(float(t[middle]), q[middle], v)
-    v = v - 0.5 * rate * float(t[near] - t[middle])
-    return flight.step(float(t[middle]), q[middle], v, time - float(t[middle])) if span else (q, v)
+    start, span = float(t[middle]), float(t[near] - t[middle])
+    v = pin.difference(flight.model, q[middle], q[near]) / span
+    v = v - 0.5 * span * flight.acceleration(start, q[middle], v)
+    return flight.step(start, q[middle], v, time - start)
 
 
 def _joined(

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.cli import main
-from impulsekit.design.measurement_files import load_measurements
+from impulsekit.measured.measurement_files import load_measurements
 
 BALL = "examples/bounced_ball.toml"
 # The throws were made up of these.
@@ -78,11 +78,11 @@ def test_tables_and_lists_say_the_same(tmp_path):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "no measured impacts"),
-        ("after.root_joint[0]\n", "no measured impacts"),
+        ("", "no row below the names"),
+        ("after.root_joint[0]\n", "no row below the names"),
         ("speed\n1\n", 'column "speed" is none of'),
-        ("after.root_joint[0]\nfast\n", 'line 2: after.root_joint must be a number, got "fast"'),
-        ("after.root_joint[0]\n1,2\n", "2 cells, where the first line has 1"),
+        ("after.root_joint[0]\nfast\n", 'row 2: after.root_joint must be a number, got "fast"'),
+        ("after.root_joint[0]\n1,2\n", "row 2 has 2 cells, the first has 1"),
         ("after.root_joint[9]\n1\n", "root_joint"),
         ("after.rot_joint\n1\n", "root_joint"),
         ("before.root_joint[0]\n1\n", "no speed after the impact"),

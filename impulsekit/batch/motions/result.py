@@ -48,7 +48,7 @@ class ImpactTable(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RestTable(OneLine):
-    """When which contact lay still, in all motions. Read-only.
+    """The rests of contacts, in all motions. Read-only.
 
     Attributes:
         row: (N,) which motion. contact: (N,) the name.
@@ -110,7 +110,7 @@ class MotionBatch(Displayed):
         return self.status == MotionStatus.FINISHED.code
 
     def count(self) -> dict[MotionStatus, int]:
-        """How many rows have each status."""
+        """Return the number of rows by status."""
         statuses = list(MotionStatus)
         return {statuses[k]: n for k, n in sorted(Counter(self.status.tolist()).items())}
 

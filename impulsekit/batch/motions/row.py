@@ -1,9 +1,15 @@
-"""One row of a batch of motions: its scene, its motion, and what is kept of it."""
+"""Rows of a batch of motions, followed by threads: the core works without Python's lock."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +28,10 @@ from ..rows import scene_of_row, varies
 if TYPE_CHECKING:
     from ...motion.record.trajectory import Trajectory
 
-__all__ = ["RowResult", "followed_row", "motion_of_row", "row_without"]
+__all__ = ["RowResult", "follow_rows", "motion_of_row", "row_without"]
+
+# How long Ctrl-C may wait for a look at it [s].
+LOOK = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +76,7 @@ def motion_of_row(
     return simulate(own, *inputs.state(row), settings=settings, samples=times)
 
 
-def followed_row(
+def _followed_row(
     scene: Scene,
     inputs: BatchInputs,
     row: int,
@@ -174,3 +183,56 @@ def _no_impacts(scene: Scene, count: int) -> dict[str, np.ndarray]:
         "v_before": np.empty((count, nv)),
         "v_after": np.empty((count, nv)),
     }
+
+
+def follow_rows(
+    scene: Scene,
+    rows: Sequence[tuple[Any, ...]],
+    threads: int | None,
+    done: Callable[[int, RowResult], object],
+) -> bool:
+    """Have motions of one scene followed.
+
+    Args:
+        rows: of each its inputs, settings and times, as ``_followed_row`` takes them.
+        threads: how many; None for as many as the process may use cores.
+        done: called in this thread with the index of a row and what is kept of it; in whatever
+            order they come.
+
+    Returns:
+        Whether all were followed; False after Ctrl-C.
+
+    Raises:
+        ImpulsekitError: a function of the scene is at fault.
+    """
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    count = max(1, min(len(rows), threads or cores or 1))
+    with Interrupts() as interrupts, ThreadPoolExecutor(count) as pool:
+        follow = partial(_followed_row, scene, interrupts=interrupts)
+        ended: SimpleQueue[tuple[int, Future[RowResult]]] = SimpleQueue()
+
+        def tell(index: int, future: Future[RowResult]) -> None:
+            ended.put((index, future))
+
+        for i, row in enumerate(rows):
+            pool.submit(follow, *row).add_done_callback(partial(tell, i))
+        left = len(rows)
+        try:
+            while left:
+                interrupts.heed()
+                with suppress(Empty):
+                    index, future = ended.get(timeout=LOOK)
+                    left -= 1
+                    done(index, future.result())
+            interrupts.heed()
+            return True
+        except BaseException as error:
+            interrupts.stop()
+            pool.shutdown(cancel_futures=True)
+            if not isinstance(error, KeyboardInterrupt):
+                raise
+            while not ended.empty():
+                index, future = ended.get()
+                if not future.cancelled() and future.exception() is None:
+                    done(index, future.result())
+            return False

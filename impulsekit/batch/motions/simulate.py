@@ -19,8 +19,7 @@ from ...scene.numbers import whole
 from ..inputs import batch_inputs
 from ..progress import shown
 from .result import ImpactTable, MotionBatch, RestTable
-from .row import RowResult, motion_of_row, row_without
-from .threads import follow_rows
+from .row import RowResult, follow_rows, motion_of_row, row_without
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -7,7 +7,7 @@ from typing import Any
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
-from ..shapes import shape_of
+from ..result import shape_of
 from .study import Study
 
 # The status of a row that was never written; no Status, and none of the core's codes.

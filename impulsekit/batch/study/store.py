@@ -34,7 +34,7 @@ FORMAT = 4
 
 
 class StudyStore:
-    """Where a study's rows go.
+    """The folder of a study's rows.
 
     Attributes:
         path: the folder.
@@ -232,7 +232,7 @@ _BROKEN = (zipfile.BadZipFile, ValueError, LookupError, EOFError, OSError, NotIm
 
 
 def _is_whole(file: pathlib.Path) -> bool:
-    """Whether the file of a chunk is there, and all of it is what was written."""
+    """Return whether the file of a chunk is there, and all of it is what was written."""
     try:
         with zipfile.ZipFile(file) as arrays:
             return arrays.testzip() is None
@@ -245,7 +245,7 @@ def _file(rows: pathlib.Path, index: int) -> pathlib.Path:
 
 
 def _record(folder: pathlib.Path) -> dict[str, Any]:
-    """What a store tells of itself.
+    """Read the record of a store.
 
     Raises:
         InputError: the folder is no store, or its record is damaged.

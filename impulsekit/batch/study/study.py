@@ -199,7 +199,7 @@ class Study(OneLine):
 
     @property
     def rows_of_chunk(self) -> int:
-        """How many rows a chunk has."""
+        """The number of rows of a chunk."""
         return self.chunk or IMPACTS
 
     @property
@@ -209,7 +209,7 @@ class Study(OneLine):
 
     @property
     def chunks(self) -> int:
-        """How many chunks there are."""
+        """The number of chunks."""
         return -(-self.samples // self.rows_of_chunk)
 
     def rows(self, index: int) -> tuple[int, int]:

@@ -4,12 +4,10 @@ A row is one impact. In a table its columns are ``q.JOINT``, ``before.JOINT``,
 ``after.JOINT`` and ``sigma``, with ``[i]`` behind the joint where it has several numbers;
 an empty cell after was not measured. In JSON each impact is
 ``{"q": {JOINT: …}, "before": {…}, "after": {…}, "sigma": …}``.
-
 """
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import os
@@ -20,17 +18,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..design.parameters import Measurement
 from ..errors import InputError, ShapeError, UnknownNameError, quoted, shown
-from ..files import file_told, open_plain_file
+from ..files import file_told, read_text_file
 from ..scene import Scene
-from .fit import Measurement
+from .csv_table import csv_columns
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 PARTS = ("q", "before", "after")
 _COLUMN = re.compile(r"(q|before|after)\.(.+?)(?:\[(\d+)\])?$")
-LARGEST = 100_000_000
 
 
 def load_measurements(
@@ -56,24 +54,17 @@ def load_measurements(
         (12, (6,))
     """
     label = shown(os.fspath(path), 200)
-    with file_told(path), open_plain_file(path) as file:
-        size = os.fstat(file.fileno()).st_size
-        if size > LARGEST:
-            raise InputError(f"{label}: {size} bytes are too many for a list of impacts")
-        data = file.read()
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{label}: byte {error.start} is not UTF-8") from None
-    rows = _of_json(text, label) if os.fspath(path).endswith(".json") else _of_table(text, label)
+    with file_told(path):
+        data = read_text_file(path)
+    rows = _of_json(data, label) if os.fspath(path).endswith(".json") else _of_table(data, label)
     if not rows:
         raise InputError(f"{label}: there are no measured impacts in it")
     return [_measurement(row, where, scene, q, v) for where, row in rows]
 
 
-def _of_json(text: str, label: str) -> list[tuple[str, Mapping[str, Any]]]:
+def _of_json(data: bytes, label: str) -> list[tuple[str, Mapping[str, Any]]]:
     try:
-        items = json.loads(text)
+        items = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{label}: {error}") from None
     if not isinstance(items, list):
@@ -92,29 +83,18 @@ def _of_json(text: str, label: str) -> list[tuple[str, Mapping[str, Any]]]:
     return rows
 
 
-def _of_table(text: str, label: str) -> list[tuple[str, Mapping[str, Any]]]:
-    lines = list(csv.reader(text.splitlines()))
-    lines = [[cell.strip() for cell in line] for line in lines]
-    header = next((i for i, line in enumerate(lines) if any(line)), None)
-    if header is None:
-        return []
-    columns = [_column(name, label) for name in lines[header]]
+def _of_table(data: bytes, label: str) -> list[tuple[str, Mapping[str, Any]]]:
+    table = csv_columns(data, label)
+    columns = [(*_column(name, label), cells) for name, cells in table.items()]
     rows: list[tuple[str, Mapping[str, Any]]] = []
-    for number, line in enumerate(lines[header + 1 :], start=header + 2):
-        if not any(line):
-            continue
-        where = f"{label}: line {number}"
-        if len(line) != len(columns):
-            raise InputError(
-                f"{where}: {len(line)} cells, where the first line has {len(columns)} columns"
-            )
-        row: dict[str, Any] = {}
-        for (part, joint, index), cell in zip(columns, line, strict=True):
+    for k in range(len(columns[0][-1])):
+        where, row = f"{label}: row {k + 2}", dict[str, Any]()
+        for part, joint, index, cells in columns:
             if part == "sigma":
-                row["sigma"] = _number(cell, where, "sigma")
-            elif cell:
+                row["sigma"] = _number(cells[k], where, "sigma")
+            elif cells[k]:
                 own = row.setdefault(part, {}).setdefault(joint, {})
-                own[index] = _number(cell, where, f"{part}.{joint}")
+                own[index] = _number(cells[k], where, f"{part}.{joint}")
         rows.append((where, row))
     return rows
 
@@ -167,12 +147,12 @@ def _put(
             raise UnknownNameError.among("joint", name, names[1:], where)
         joint = model.joints[names.index(name)]
         count, start = getattr(joint, size), joint.idx_q if size == "nq" else joint.idx_v
-        if size == "nq" and joint.nq == 2 and joint.nv == 1 and _is_alone(value):
+        entries = _entries(value, where, name)
+        if size == "nq" and (joint.nq, joint.nv) == (2, 1) and [i for i, _ in entries] == [0]:
             # An angle, where the coordinates are its cosine and sine.
-            angle = _entries(value, where, name)[0][1]
+            angle = entries[0][1]
             into[start : start + 2] = math.cos(angle), math.sin(angle)
             continue
-        entries = _entries(value, where, name)
         if not isinstance(value, dict) and len(entries) != count:
             raise ShapeError.of(f"{where}: {name}", (count,), (len(entries),))
         for index, number in entries:
@@ -180,12 +160,6 @@ def _put(
                 raise ShapeError.of(f"{where}: {name}", (count,), (index + 1,))
             into[start + index] = number
     return into
-
-
-def _is_alone(value: Any) -> bool:
-    if isinstance(value, dict):
-        return set(value) == {0}
-    return isinstance(value, int | float) or (isinstance(value, list) and len(value) == 1)
 
 
 def _entries(value: Any, where: str, name: str) -> list[tuple[int, float]]:
