@@ -17,6 +17,14 @@ TILTED = """<robot name="arm"><link name="base"/><link name="block"><inertial>
 <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>"""
 
 
+def test_a_fixed_joint_gives_its_load_in_the_axes_of_its_child():
+    robot = ik.Robot.from_urdf(TILTED.format(kind="fixed"), root="freeflyer")
+    blow = ik.AppliedImpulse("block", linear=[1, -2, 3], at=[0.2, 0.3, 0])
+    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    turn = robot.placement(robot.neutral(), "block").rotation
+    close(turn @ impact.joint_loads["joint"].force, impact.reactions["joint"][:3], 1e-14)
+
+
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
 def test_a_free_joint_carries_nothing_along_its_own_motion(kind):
     robot = ik.Robot.from_urdf(TILTED.format(kind=kind))

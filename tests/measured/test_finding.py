@@ -13,11 +13,11 @@ SIGMA = np.array([3e-4] * 3 + [3e-3] * 3)
 
 @pytest.fixture(scope="module")
 def found():
-    """Ten balls that bounce, noisy, and all that was found."""
+    """Six balls that bounce, noisy, and all that was found."""
     scene, rng = ball_scene(0.7), np.random.default_rng(0)
     pairs = [
         bouncing_ball(scene, 0.3 + 0.05 * k, 0.7, 150, 0.85, SIGMA, rng, name=str(k))
-        for k in range(10)
+        for k in range(6)
     ]
     return scene, pairs, find_impacts([recording for recording, _ in pairs], scene)
 

@@ -130,7 +130,7 @@ def test_the_top_of_a_flight_is_no_rest(rate):
 
 @pytest.mark.slow
 def test_coefficients_floor_and_lag_come_back():
-    score, off = scores(3, 5)
+    score, off = scores(3, 4)
     assert (np.abs(score) < 4.0).all()
     # e, µ, floor [m], lag [s], scale.
     assert (np.abs(off) < [0.005, 0.005, 5e-4, 5e-4, 5e-3]).all()

@@ -87,7 +87,7 @@ def comes_to_rest(count, seed, friction, restitution):
         assert np.abs(motion.v[-1]).max() < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.sweep
 def test_two_boxes_dropped_a_little_askew_lie_on_each_other():
     comes_to_rest(2, 0, 0.5, 0.0)
 

@@ -47,7 +47,7 @@ GROUNDS = {
     [
         ("floor", 0.0, 0.6),
         ("floor", 0.5, 0.6),
-        pytest.param("log", 0.5, 0.05, marks=NOT_FOLLOWED),
+        pytest.param("log", 0.5, 0.05, marks=[NOT_FOLLOWED, pytest.mark.sweep]),
     ],
 )
 def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(ground, e, begin):
