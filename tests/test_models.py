@@ -11,31 +11,7 @@ from impulsekit.chain import chain_urdf, pendulum_urdf
 
 MODELS = Path(__file__).parents[1] / "models"
 FILES = sorted(MODELS.glob("*.urdf"))
-ROOTS = {
-    "fixed": lambda path: pin.buildModelFromUrdf(str(path)),
-    "planar": lambda path: pin.buildModelFromUrdf(str(path), pin.JointModelPlanar()),
-    "freeflyer": lambda path: pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer()),
-}
 every_model = pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-
-
-def test_all_are_here():
-    assert {path.stem for path in FILES} >= {
-        "ball",
-        "billiard_ball",
-        "box",
-        "cradle_ball",
-        "door",
-        "double_pendulum",
-        "four_bar",
-        "gripper",
-        "hammer",
-        "nail",
-        "pendulum_10",
-        "rhombus",
-        "rod",
-        "whittaker_chain_10",
-    }
 
 
 def test_the_chains_are_what_the_writers_write():
@@ -114,13 +90,3 @@ def test_the_visual_is_the_collision_shape_and_touches_no_file(path):
         ]
         assert shapes[0] == shapes[1]
         assert all(tag in {"box", "cylinder", "sphere"} for tag, _ in shapes[0])
-
-
-def test_the_chain_is_whittakers():
-    model = ROOTS["planar"](MODELS / "whittaker_chain_10.urdf")
-    assert (model.nq, model.nv) == (13, 12)
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    tip = data.oMf[model.getFrameId("link_10")].act(np.array([1.0, 0, 0]))
-    np.testing.assert_array_equal(tip, [10, 0, 0])
-    assert pin.computeTotalMass(model) == 10

@@ -10,55 +10,6 @@ import pytest
 
 import impulsekit as ik
 
-VOCABULARY = [
-    "Actuator",
-    "AppliedForce",
-    "AppliedImpulse",
-    "Collision",
-    "Contact",
-    "FrameAnchor",
-    "JointCoupling",
-    "JointImpulse",
-    "JointLock",
-    "JointFriction",
-    "JointSpring",
-    "JointStop",
-    "Law",
-    "PD",
-    "PointAnchor",
-    "Restitution",
-    "Material",
-    "MaterialPair",
-    "RestitutionTable",
-    "EllipticFriction",
-    "FrictionTable",
-    "StaticKinetic",
-    "Spring",
-]
-FIRST_HOUR = [
-    "Robot",
-    "combine",
-    "place",
-    "Scene",
-    "solve",
-    "solve_batch",
-    "simulate",
-    "simulate_batch",
-    "check",
-    "replay",
-    "report",
-    "touching",
-    "derivatives",
-    "saltation",
-    "sensitivity",
-    "load_scene",
-    "save_scene",
-    "Impact",
-    "ImpactBatch",
-    "Trajectory",
-    "Status",
-    "MotionStatus",
-]
 MODULES = ["compliance", "design", "errors", "long", "measured", "models", "plots", "study"]
 FURTHER = {
     "compliance": [
@@ -83,7 +34,7 @@ FURTHER = {
 
 
 def test_names_of_the_first_hour_stand_at_the_top():
-    assert set(VOCABULARY + FIRST_HOUR + MODULES) <= set(ik.__all__)
+    assert {*MODULES, "Robot", "Scene", "solve", "solve_batch", "simulate"} <= set(ik.__all__)
     assert set(dir(ik)) == set(ik.__all__)
     functions_and_classes = [n for n in ik.__all__ if n not in MODULES]
     # A list that is read in one look: what comes later belongs into a module.

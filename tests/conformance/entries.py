@@ -465,8 +465,8 @@ FORCES: dict[str, Pushed] = {
         ik.Actuator("joint_1", torque), lambda t: (0.05 * t**3 / J, 0.15 * t * t / J), text=False
     ),
     "PD": _wheel(
-        ik.Actuator("joint_1", ik.PD(stiffness=4.0, damping=0.1, target=0.2)),
-        lambda t: np.add((0.2, 0), _swings(t, -0.2, math.sqrt(4.0 / J), 0.05 / J)),
+        ik.Actuator("joint_1", ik.PD(stiffness=4.0, damping=0.1, target=0.2, velocity=0.4)),
+        lambda t: np.add((0.21, 0), _swings(t, -0.21, math.sqrt(4.0 / J), 0.05 / J)),
     ),
     "TorqueTable": _wheel(
         ik.Actuator("joint_1", ik.TorqueTable([0.0, 1.0], [0.0, 0.3])),

@@ -67,31 +67,6 @@ def test_a_ballistic_pendulum(depth):
         close(received[:3], [lost, 0, 0], 1e-12 * speed)
 
 
-def test_a_spinning_wheel_that_lands_and_rolls():
-    """Moment of momentum about the point that touches: (I + m r²) ω⁺ = I ω − m r v."""
-    mass, radius, inertia = 2.0, 0.4, 0.13
-    wheel = ik.Robot.from_urdf(
-        robot(link("wheel", f"{mass}", inertia=f"1 0 0 1 0 {inertia}")), root="planar"
-    )
-    turned, v = 0.7, np.array([1.5, -2.0, -9.0])
-    q = wheel.configuration(root_joint=(0.1, radius, turned))
-    rotation = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
-    local = v.copy()
-    local[:2] = rotation.T @ v[:2]
-    touching = [*(rotation.T @ [0, -radius]), 0]
-    impact = solved(wheel, [ik.PointAnchor("wheel", at=touching)], local, q)
-    rate = (inertia * v[2] - mass * radius * v[0]) / (inertia + mass * radius**2)
-    assert impact.v_after[2] == pytest.approx(rate, rel=1e-12)
-    centre = impact.velocity_at("wheel").after
-    close(centre, [-rate * radius, 0, 0], 1e-12)
-    np.testing.assert_allclose(
-        impact.constraints[0].impulse,
-        [mass * (-rate * radius - v[0]), -mass * v[1], 0],
-        rtol=0,
-        atol=1e-12,
-    )
-
-
 def test_a_wheel_s_axle_locks_in_flight():
     """Wheel and carriage share a mass centre and turn on as one, with all their spin."""
     inertias, spins = (0.8, 0.13), (0.5, 30.0)
@@ -124,49 +99,6 @@ def test_a_box_that_lands_on_a_corner_without_rebound():
     close(impact.v_after[3:], spin, 1e-12)
     close(impact.v_after[:3], np.cross(spin, arm), 1e-12)
     close(impact.velocity_at("box", corner).after, 0, 1e-12)
-
-
-def test_a_free_rod_and_a_ball_become_one():
-    """Momentum and moment of momentum of both; the mass centre moves on unchanged."""
-    mass, length = 2.0, 1.2
-    rod = ik.Robot.from_urdf(ik.models.chain_urdf(1, mass, length), root="freeflyer")
-    both = ik.combine(rod=rod, ball=ball())
-    tip = np.array([length, 0.05, 0])
-    q = both.configuration({"ball/root_joint": (*tip, 0, 0, 0, 1)})
-    v = both.velocity(
-        {"rod/root_joint": (1, 2, 0, 0, 0, 3), "ball/root_joint": (-4, 5, 0, 0, 0, 60)}
-    )
-    impact = solved(both, [ik.FrameAnchor("ball/ball", "rod/link_1")], v, q)
-    middle = np.array([length / 2, 0, 0])
-    momentum = mass * np.array([1, 2 + 3 * length / 2, 0]) + BALL_MASS * np.array([-4, 5, 0])
-    centre = (mass * middle + BALL_MASS * tip) / (mass + BALL_MASS)
-    rod_inertia = mass * length**2 / 12
-    spin = (
-        rod_inertia * 3
-        + BALL_INERTIA * 60
-        + mass * np.cross(middle - centre, [1, 2 + 1.5 * length, 0])[2]
-        + BALL_MASS * np.cross(tip - centre, [-4, 5, 0])[2]
-    )
-    apart = mass * BALL_MASS / (mass + BALL_MASS) * np.sum((tip - middle) ** 2)
-    rate = spin / (rod_inertia + BALL_INERTIA + apart)
-    velocity = momentum / (mass + BALL_MASS)
-    for frame, place in (("ball/ball", tip), ("rod/link_1", np.zeros(3))):
-        wanted = velocity + np.cross([0, 0, rate], place - centre)
-        close(impact.velocity_at(frame).after, wanted, 1e-12)
-    close(impact.v_after[[5, 11]], rate, 1e-12)
-
-
-def test_a_brake_between_two_discs():
-    inertias, spins = np.array([2.0, 0.3]), np.array([1.0, 21.0])
-    body = discs(*inertias, nested=True)
-    impact = solved(body, [ik.JointLock("axle_1")], [spins[0], spins[1] - spins[0]])
-    rate = inertias @ spins / inertias.sum()
-    close(impact.v_after, [rate, 0], 1e-13)
-    lost = 0.5 * inertias.prod() / inertias.sum() * (spins[1] - spins[0]) ** 2
-    assert -impact.energy.change == pytest.approx(lost, rel=1e-12)
-    slowed = solved(body, [ik.JointLock("axle_1", velocity=5.0)], [1, 20])
-    rate = (inertias @ spins - inertias[1] * 5) / inertias.sum()
-    np.testing.assert_allclose(slowed.v_after, [rate, 5], rtol=1e-13)
 
 
 @pytest.mark.parametrize("ratio", [2.0, -0.25, 1e3])
@@ -228,36 +160,6 @@ def test_mimic_joints_as_couplings(name):
     for link_name, jump in whole.bodies.items():
         close(coupled.bodies[link_name].dv_com, jump.dv_com, 1e-11)
     assert coupled.energy.after == pytest.approx(whole.energy.after, rel=1e-12)
-
-
-def test_two_rods_closed_tip_to_tip_stand_still():
-    """Both tips would have to go two ways at once: v⁺ = 0."""
-    q, v = np.array([0.3, np.pi - 0.4]), np.array([1.0, -2.0])
-    rods = two_rods(q)
-    closed = ik.PointAnchor("rod_0", "rod_1", at=(1, 0, 0), other_at=(1, 0, 0))
-    impact = solved(rods, [closed], v, q)
-    tips = [impact.velocity_at(f"rod_{i}", (1, 0, 0)).before for i in range(2)]
-    assert np.linalg.norm(tips[0] - tips[1]) > 1
-    close(impact.v_after, 0, 1e-12)
-    assert impact.energy.after < 1e-24
-    flat = ik.FrameAnchor("rod_0", "rod_1", (1, 0, 0), (1, 0, 0), directions=("x", "y"))
-    close(solved(rods, [flat], v, q).v_after, 0, 1e-12)
-
-
-def two_rods(q):
-    """Unit rods about z on pivots so far apart that their tips meet at q."""
-    tips = np.array([np.cos(q), np.sin(q)]).T
-    apart = (tips[0] - tips[1]).tolist()
-    rod = {"at": ".5 0 0", "inertia": ".001 0 0 .0833 0 .0833"}
-    return ik.Robot.from_urdf(
-        robot(
-            '<link name="ground"/>',
-            link("rod_0", "1", **rod),
-            link("rod_1", "1", **rod),
-            joint("pin_0", "ground", "rod_0"),
-            joint("pin_1", "ground", "rod_1", at=f"{apart[0]!r} {apart[1]!r} 0"),
-        )
-    )
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson"])

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.design import effective_mass
 from tests.reference.models import mass_matrix
 
 from ..close import close
@@ -17,7 +13,6 @@ from ..reference.models import joint, link, robot
 
 MASSES, INERTIAS, LENGTH = (2.0, 0.5), (0.3, 0.02), 0.8
 ARM = [f"panda_joint{i}" for i in range(1, 8)]
-NORMALS = ([0, 0, 1], [1, 0, 0], [0.6, 0, 0.8])
 
 
 def cross(a, b):
@@ -94,53 +89,6 @@ def test_two_bodies_meet_a_wall_with_the_mass_of_one(restitution):
     expected = (1 + restitution) * approach / (1 / mass + cross(arm, [-1, 0]) ** 2 / inertia)
     assert approach > 0
     assert impact.contacts[0].impulse @ [-1, 0, 0] == pytest.approx(expected, rel=1e-12)
-
-
-def panda_pose(root, seed=4):
-    body = ik.Robot.from_example("panda", root=root)
-    rng = np.random.default_rng(seed)
-    angles = rng.uniform([-1, -1, -1, -2.5, -1, 0.5, -1], [1, 1, 1, -0.5, 1, 3, 1])
-    return body, body.configuration(dict(zip(ARM, angles, strict=True)))
-
-
-def mass_met(body, q, normal, **held):
-    return effective_mass(ik.Scene(body, **held), q, "panda_hand", normal, at=[0, 0, 0.1])
-
-
-@pytest.mark.parametrize("normal", NORMALS)
-def test_a_panda_meets_more_mass_the_more_of_it_is_controlled(normal):
-    """Between all joints free and all held: each row of Δq̇ = 0 adds to what a blow meets."""
-    body, q = panda_pose("fixed")
-    masses = [mass_met(body, q, normal, controlled=ARM[7 - count :]) for count in range(8)]
-    locks = [ik.JointLock(name) for name in ARM]
-    assert all(a <= b * (1 + 1e-12) for a, b in itertools.pairwise(masses))
-    assert masses[0] == pytest.approx(mass_met(body, q, normal))
-    assert 1.2 * masses[0] < masses[4] < np.inf
-    assert mass_met(body, q, normal, constraints=locks) == masses[7] == np.inf
-
-
-@pytest.mark.parametrize("normal", NORMALS)
-def test_a_stiff_panda_that_does_not_feel_its_base_is_one_rigid_body(normal):
-    """1/m* = n·(1/m − [r] I⁻¹ [r]) n with the mass, centre and inertia of all its links."""
-    body, q = panda_pose("freeflyer")
-    controlled = [name for name in body.joint_names if name != "root_joint"]
-    data = body.model.createData()
-    pin.forwardKinematics(body.model, data, q)
-    places = [data.oMi[item.joint_id] for item in body.links]
-    masses = np.array([item.mass for item in body.links])
-    centres = np.array([p.act(i.com_in_joint) for p, i in zip(places, body.links, strict=True)])
-    centre = masses @ centres / masses.sum()
-    inertia = np.zeros((3, 3))
-    for place, item, arm in zip(places, body.links, centres - centre, strict=True):
-        inertia += place.rotation @ item.inertia_in_joint_axes @ place.rotation.T
-        inertia += item.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    arm = body.placement(q, "panda_hand").point([0, 0, 0.1]) - centre
-    turning = np.cross(arm, normal)
-    expected = 1 / (1 / masses.sum() + turning @ np.linalg.solve(inertia, turning))
-    found = mass_met(body, q, normal, controlled=controlled)
-    assert found == pytest.approx(expected, rel=1e-10)
-    fixed, same = panda_pose("fixed")
-    assert mass_met(fixed, same, normal) < found < np.inf
 
 
 def test_in_a_motion_the_motor_holds_at_impacts_alone():

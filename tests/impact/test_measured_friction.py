@@ -81,40 +81,6 @@ def test_four_boxes():
         assert v == pytest.approx(np.where(moves, pulls[:2] / M, 0.0), abs=1e-12)
 
 
-def test_several_contacts_obey_their_statement():
-    """What slips has its kinetic µ, what sticks is within its static one."""
-    robot = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
-    rng, seen = np.random.default_rng(4), set()
-    for _ in range(25):
-        models = [(0.8, 0.2), ik.FrictionTable([0, 2], [0.5, 0.3]), (0.3, 0.25)]
-        at = [[0.15, 0.1, -0.05], [-0.15, 0.1, -0.05], [0, -0.1, -0.05]]
-        law = ik.Law(["newton", "poisson"][int(rng.integers(2))])
-        contacts = [
-            ik.Contact("box", at=a, origin=[0, 0, -0.05], friction=f, restitution=0.2)
-            for a, f in zip(at, models, strict=True)
-        ]
-        v = rng.normal(size=6) * [1, 1, 0.3, 1, 1, 2] - [0, 0, 1.5, 0, 0, 0]
-        impact = ik.solve(ik.Scene(robot, contacts=contacts, law=law), robot.neutral(), v)
-        if not impact.status.obeys_law:
-            continue
-        used = impact.outcome.contacts.friction
-        for result, mu, model in zip(impact.contacts, used, models, strict=True):
-            normal, size = result.impulse[2], np.linalg.norm(result.impulse[:2])
-            slip = np.linalg.norm(result.velocity_after[:2])
-            if normal <= 0:
-                continue
-            seen.add(result.mode)
-            if result.mode == "sliding" and slip > 1e-9:
-                wanted = model(slip) if isinstance(model, ik.FrictionTable) else model[1]
-                if law.restitution == "newton":
-                    assert size == pytest.approx(wanted * normal, rel=1e-8)
-                assert mu == pytest.approx(wanted, rel=1e-8)
-            else:
-                top = 0.5 if isinstance(model, ik.FrictionTable) else model[0]
-                assert size <= top * normal * (1 + 1e-9)
-    assert seen == {"sliding", "sticking"}
-
-
 def test_what_adheres_slips_by_its_kinetic_friction_while_it_is_pulled():
     """P_n = −1 of at most 3 N s: |P_t| = µ (P_n + 3), of slip µ_k; by speed its own µ."""
     for friction in ((0.8, 0.2), ik.FrictionTable([0.0, 1e-9], [0.8, 0.2])):

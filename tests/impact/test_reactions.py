@@ -7,28 +7,12 @@ import pytest
 
 import impulsekit as ik
 from benchmarks.truths.maximal import impact_of_free_bodies
-from impulsekit.impact.freed import freed_joint
 from impulsekit.reference import KaneSystem, Load
-from impulsekit.reference.whittaker import struck_chain, struck_pendulum
+from impulsekit.reference.whittaker import struck_chain
 
 from ..close import close
-from ..reference.models import FOUR_BAR
-from ..reference.test_maximal import four_bar_pose
-from ..robots import STRUCK, random_blow, random_state
-
-SOME_ROWS = ("x", "y", "z", "rz")
-
-
-def held_talos(seed=3):
-    robot = ik.Robot.from_example("talos", root="freeflyer")
-    q, v = random_state(robot, seed)
-    feet = [
-        ik.FrameAnchor("left_sole_link"),
-        ik.FrameAnchor("right_sole_link", at=(0.1, 0, 0), directions=SOME_ROWS, axes="local"),
-        ik.JointLock("torso_1_joint"),
-        ik.PointAnchor("gripper_right_base_link", "head_2_link", at=(0, 0, 0.1)),
-    ]
-    return ik.solve(ik.Scene(robot, [random_blow(STRUCK["talos"], seed)], feet), q, v)
+from ..reference.models import FOUR_BAR, four_bar_pose
+from ..robots import random_blow, random_state
 
 
 @pytest.mark.parametrize("name", ["icub", "icub_reduced"])
@@ -76,17 +60,6 @@ def test_pins_of_the_free_chain_carry_whittakers_impulses(n):
     close(impact.reactions["root_joint"], 0, 5e-14 * n)
 
 
-@pytest.mark.parametrize("n", [1, 2, 10])
-def test_pins_of_the_pendulum_carry_whittakers_impulses(n):
-    robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(n))
-    blow = ik.AppliedImpulse(f"link_{n}", linear=(5, 0, 0), at=(0, 0, -1))
-    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
-    carried = struck_pendulum(n, 1, 1, 5).pin_impulses
-    for k in range(1, n + 1):
-        wanted = [-float(carried[k]), 0, 0, 0, 0, 0]
-        close(impact.reactions[f"joint_{n + 1 - k}"], wanted, 5e-14)
-
-
 def test_the_pivot_feels_nothing_of_a_blow_on_the_centre_of_percussion():
     length = 0.9
     robot = ik.Robot.from_urdf(ik.models.pendulum_urdf(1, 1.3, length))
@@ -95,18 +68,6 @@ def test_the_pivot_feels_nothing_of_a_blow_on_the_centre_of_percussion():
         impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
         # P (3 d/2 - 1) with d the depth over the length.
         close(impact.reactions["joint_1"], [3 * share, *[0] * 5], 2e-15)
-
-
-def test_a_freed_joint_under_constraints():
-    impact = held_talos()
-    size = max(np.abs(wrench).max() for wrench in impact.reactions.values())
-    for joint in impact.scene.robot.joint_names:
-        freed = freed_joint(impact, joint)
-        assert np.abs(freed.impulse - impact.reactions[joint]).max() < 1e-10 * size, joint
-    # Along the locked joint's own axis acts the lock and nothing else.
-    freed = freed_joint(impact, "torso_1_joint")
-    lock = impact.constraints[2].impulse[0]
-    assert freed.along(angular=freed.motion[3:, 0]) == pytest.approx(lock, rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -6,7 +6,6 @@ import json
 import math
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -81,42 +80,3 @@ def test_a_tolerance_is_a_number_from_0_up(tol):
     assert impact.is_valid() and impact.is_valid(0)
     with pytest.raises(ik.errors.InputError, match="tol must be"):
         impact.is_valid(tol)
-
-
-SLIDES = [pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ]
-TURNS = [pin.JointModelRZ, pin.JointModelRY, pin.JointModelRX]
-
-
-def body(rng, *, in_one):
-    """A body on three slides and three hinges, in one composite joint or one after the other."""
-    model, parent = pin.Model(), 0
-    place = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3))
-    if in_one:
-        joint = pin.JointModelComposite()
-        for kind in (*SLIDES, *TURNS):
-            joint.addJoint(kind(), pin.SE3.Identity())
-        parent = model.addJoint(0, joint, place, "joint")
-    else:
-        for k, kind in enumerate((*SLIDES, *TURNS)):
-            own_place = pin.SE3.Identity() if k else place
-            parent = model.addJoint(parent, kind(), own_place, f"joint_{k}")
-    centre = rng.normal(size=3)
-    inertia = pin.Inertia(2.0, centre, np.diag([0.1, 0.2, 0.25]))
-    model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
-    frame = pin.SE3(pin.exp3(rng.normal(size=3)), rng.normal(size=3))
-    model.addBodyFrame("body", parent, frame, 0)
-    return ik.Robot.from_model(model), frame.inverse().act(centre)
-
-
-@pytest.mark.parametrize("in_one", [True, False])
-@pytest.mark.parametrize("seed", range(2))
-def test_a_body_struck_through_its_mass_centre_does_not_turn_and_is_solved(seed, in_one):
-    rng = np.random.default_rng(seed)
-    robot, centre = body(rng, in_one=in_one)
-    blow = ik.AppliedImpulse("body", linear=rng.normal(size=3), at=centre)
-    scene = ik.Scene(robot, [blow])
-    impact = ik.solve(scene, rng.uniform(-1, 1, robot.nq), robot.velocity())
-    change = impact.bodies["body"]
-    np.testing.assert_allclose(change.dv_com, np.array(blow.linear) / 2.0, atol=1e-14)
-    np.testing.assert_allclose(change.domega, 0.0, atol=3e-14)
-    assert impact.is_valid(1e-13)

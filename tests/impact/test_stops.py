@@ -47,14 +47,3 @@ def test_the_models_own_limits_serve_when_none_are_given():
     impact = ik.solve(ik.Scene(robot, contacts=[ik.JointStop("panda_joint4")]), q, v)
     assert impact.v_after[3] == pytest.approx(0.0, abs=1e-13)
     assert impact.contacts[0].impulse[0] < 0.0
-
-
-def test_stops_and_their_own_coefficients():
-    robot = ik.Robot.from_example("panda")
-    stops = [
-        ik.JointStop("panda_joint1", upper=0.0, restitution=0.2),
-        ik.JointStop("panda_joint2", upper=0.0, restitution=0.9),
-    ]
-    v = robot.velocity(panda_joint1=1.0, panda_joint2=1.0)
-    impact = ik.solve(ik.Scene(robot, contacts=stops), robot.neutral(), v)
-    np.testing.assert_allclose(impact.v_after[:2], [-0.2, -0.9], atol=1e-13)

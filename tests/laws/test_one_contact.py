@@ -68,16 +68,6 @@ def test_painleves_critical_friction(theta, law):
     assert back.is_valid() and not back.uniqueness.several
 
 
-def test_a_rod_that_slides_and_touches_may_go_on_or_jam():
-    """No impulse at all obeys the law, and one that stops the slip."""
-    theta = 0.9
-    critical = (1 + 3 * np.cos(theta) ** 2) / (3 * np.sin(theta) * np.cos(theta))
-    W = rod(theta)
-    u = [np.sign(W[0, 2]), 0, 0]
-    assert solved(W, u, 0.0, 1.01 * critical)[0].uniqueness.several
-    assert not solved(W, u, 0.0, 0.99 * critical)[0].uniqueness.several
-
-
 @every_law
 def test_a_rough_floor_raises_the_energy_under_newtons_law_alone(law):
     """A rod that is thrown backwards against its tilt (Kane & Levinson 1985)."""

@@ -29,66 +29,6 @@ def ctrl_c_interrupts():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.fixture(scope="module")
-def tumble():
-    """A box on four corners that is thrown, its start, and the motion to its end."""
-    box = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
-    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
-    contacts = [
-        ik.Contact("box", at=at, origin=[0, 0, 0], restitution=0.5, friction=0.3) for at in corners
-    ]
-    scene = ik.Scene(box, contacts=contacts, law=ik.Law("poisson"))
-    q = box.configuration(root_joint=[0, 0, 0.4, 0.1, 0.2, 0.05, np.sqrt(1 - 0.0525)])
-    v = box.velocity(root_joint=[1.0, 0, 0, 0, 3.0, 1.0])
-    return scene, q, v, ik.simulate(scene, q, v, duration=0.8, max_impacts=40)
-
-
-def is_beginning_of(part, whole):
-    """Whether a motion is the first part of another, and in order by itself."""
-    assert part.duration <= whole.duration
-    assert part.t[-1] == part.duration
-    count = len(part.impacts)
-    expected = [t for t, _ in whole.impacts[:count]]
-    assert [t for t, _ in part.impacts] == pytest.approx(expected, rel=1e-12)
-    times = np.linspace(0.0, part.duration, 7)[:-1]
-    for ours, theirs in zip(part.at(times), whole.at(times), strict=True):
-        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-11)
-    assert np.isfinite(part.energy().total).all()
-    return True
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize("seed", range(4))
-def test_an_interrupt_at_any_moment_keeps_what_was_computed(tumble, seed):
-    scene, q, v, whole = tumble
-    begin = time.perf_counter()
-    ik.simulate(scene, q, v, duration=0.8, max_impacts=40)
-    wait = np.random.default_rng(seed).uniform(0.0, 0.8) * (time.perf_counter() - begin)
-    # Only once the motion is under way: before, there is nothing to keep.
-    started = threading.Event()
-
-    def strike():
-        started.wait()
-        time.sleep(wait)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    thread = threading.Thread(target=strike)
-    thread.start()
-    try:
-        motion = ik.simulate(
-            scene, q, v, duration=0.8, max_impacts=40, progress=lambda t: started.set()
-        )
-        # Where it came too late for the motion it comes here.
-        thread.join()
-        time.sleep(0.01)
-    except KeyboardInterrupt:
-        thread.join()
-        return
-    # Python drops what comes in a finalizer; in the last step of all it may be of no matter.
-    assert motion.status is INTERRUPTED or motion.duration == whole.duration
-    assert is_beginning_of(motion, whole)
-
-
 def test_an_interrupt_in_a_function_keeps_what_was_computed():
     def torque(t, q, v):
         if t > 0.3:

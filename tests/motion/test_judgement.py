@@ -7,48 +7,12 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
-from benchmarks.urdf import one_body
 from impulsekit.cli import main
 from impulsekit.errors import InputError
 
 from .models import MODELS
 
 ROUGH_FLOOR = MODELS.parent / "examples" / "rough_floor.toml"
-
-
-def planar_scene(seed):
-    """Up to four contacts of one or two planar bodies: scene, q, v, and (contacts, nv) normals."""
-    rng = np.random.default_rng(seed)
-    count, bodies = int(rng.integers(1, 5)), int(rng.integers(1, 3))
-    masses = 10.0 ** rng.uniform(-1.0, 0.0, bodies)
-    inertias = [(1, 1, m * rng.uniform(0.02, 1.0)) for m in masses]
-    pairs = enumerate(zip(masses, inertias, strict=True))
-    robot = ik.combine(**{f"b{k}": one_body("b", m, i, root="planar") for k, (m, i) in pairs})
-    contacts, normals = [], np.zeros((count, 3 * bodies))
-    for i in range(count):
-        a, other = rng.integers(bodies, size=2)
-        c, s = np.cos(angle := rng.uniform(0.0, 2.0 * np.pi)), np.sin(angle)
-        x, y = rng.uniform(-1.0, 1.0, 2)
-        # In the neutral pose the axes of all bodies are those of the world.
-        row = np.array([-s, c, y * s + x * c])
-        normals[i, 3 * a : 3 * a + 3] = row
-        against = "world"
-        if other != a:
-            normals[i, 3 * other : 3 * other + 3] = -row
-            against = f"b{other}/b"
-        contacts.append(
-            ik.Contact(
-                f"b{a}/b",
-                at=[x, y, 0],
-                normal=[-s, c, 0],
-                origin=[x, y, 0],
-                against=against,
-                restitution=float(rng.choice([0.0, 0.5, 1.0])),
-                friction=float(rng.choice([0.0, 0.3, 0.6, 1.0])),
-            )
-        )
-    scene = ik.Scene(robot, contacts=contacts, gravity=[0, 0, 0])
-    return scene, robot.neutral(), rng.normal(size=3 * bodies), normals
 
 
 @pytest.fixture(scope="module")

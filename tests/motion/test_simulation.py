@@ -91,18 +91,6 @@ def mass_matrix(robot, q):
     return pin.crba(robot.model, robot.model.createData(), q)
 
 
-def test_torques_set_anew_and_alike_change_nothing():
-    still, set_anew = chain(), chain()
-    name = joint_of(still)
-    still.controls[name] = 0.5
-    for _ in range(50):
-        set_anew.controls[name] = 0.5
-        set_anew.step(0.01)
-        still.step(0.01)
-    np.testing.assert_allclose(set_anew.q, still.q, atol=1e-9)
-    np.testing.assert_allclose(set_anew.v, still.v, atol=1e-9)
-
-
 def test_copies_go_on_alone_and_are_restored():
     sim = ball().run_until(0.3)
     kept = sim.copy()

@@ -29,17 +29,6 @@ def stacked(poses, speeds=None, **law):
     return scene, robot.configuration(q), robot.velocity(v)
 
 
-def askew(count, seed):
-    """Boxes dropped from 2 mm each, turned a little, a little beside each other."""
-    rng = np.random.default_rng(seed)
-    poses = []
-    for i in range(count):
-        turn = pin.rpy.rpyToMatrix(*rng.uniform(-0.005, 0.005, 2), rng.uniform(-0.1, 0.1))
-        x, y = rng.uniform(-0.01, 0.01, 2)
-        poses.append(pose(x, y, 0.05 + HIGH * i + 0.002 * (i + 1), turn))
-    return poses
-
-
 def gaps(motion, every=1):
     """(T, m) of all contacts at the samples [m]."""
     at_rest = np.zeros(motion.scene.robot.nv)
@@ -60,10 +49,6 @@ def check(motion):
         assert np.diff(energy.total).max() < 1e-9 * max(energy.kinetic.max(), 1.0)
 
 
-def heights(motion, count):
-    return motion.q[-1].reshape(count, 7)[:, 2]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_three_boxes_on_each_other_stay_where_they_are(friction):
@@ -76,20 +61,6 @@ def test_three_boxes_on_each_other_stay_where_they_are(friction):
     assert np.abs(motion.q - q).max() < 1e-9
     assert np.abs(gaps(motion)[:, [0, 3, 5]]).max() < 1e-9
     assert {rest.contact for rest in motion.rests} == {f"contacts[{i}]" for i in (0, 3, 5)}
-
-
-def comes_to_rest(count, seed, friction, restitution):
-    scene, q, v = stacked(askew(count, seed), friction=friction, restitution=restitution)
-    motion = ik.simulate(scene, q, v, duration=1.0, samples=401)
-    check(motion)
-    np.testing.assert_allclose(heights(motion, count), 0.05 + HIGH * np.arange(count), atol=1e-9)
-    if friction:
-        assert np.abs(motion.v[-1]).max() < 1e-10
-
-
-@pytest.mark.sweep
-def test_two_boxes_dropped_a_little_askew_lie_on_each_other():
-    comes_to_rest(2, 0, 0.5, 0.0)
 
 
 def test_a_bullet_knocks_a_box_out_of_a_stack():

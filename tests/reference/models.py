@@ -128,3 +128,15 @@ def relative(found, wanted):
     found, wanted = np.asarray(found), np.asarray(wanted)
     difference = np.abs(found - wanted).max(initial=0)
     return difference and difference / np.abs(wanted).max(initial=0)
+
+
+def four_bar_pose(crank):
+    """Coordinates of the closed four-bar; its crank reaches some 2.29 rad."""
+    pin_at = 0.4 * np.array([np.cos(crank), np.sin(crank)])
+    reach = np.array([1.0, 0.0]) - pin_at
+    span = np.linalg.norm(reach)
+    corner = np.arccos((0.8**2 + span**2 - 0.5**2) / (2 * 0.8 * span))
+    coupler = np.arctan2(reach[1], reach[0]) + corner
+    tip = pin_at + 0.8 * np.array([np.cos(coupler), np.sin(coupler)])
+    rocker = np.arctan2(tip[1], tip[0] - 1)
+    return np.array([np.cos(crank), np.sin(crank), coupler - crank, np.cos(rocker), np.sin(rocker)])

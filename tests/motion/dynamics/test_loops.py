@@ -46,16 +46,6 @@ def test_a_struck_four_bar_stays_closed_for_ten_seconds():
     assert abs(motion.q[-1, 0]) > 6 * np.pi
 
 
-def test_a_crank_driven_at_a_speed_keeps_it():
-    scene = four_bar(constraints=[LOOP, ik.JointLock("crank_pin", velocity=2.0)])
-    robot = scene.robot
-    motion = ik.simulate(scene, robot.neutral(), robot.velocity(), duration=3.0, samples=31)
-    assert motion.impacts[0][0] == 0.0
-    np.testing.assert_allclose(motion.q[:, 0], 2.0 * motion.t, atol=1e-9)
-    np.testing.assert_allclose(motion.v[:, 0], 2.0, atol=1e-9)
-    assert gaps(motion, motion.t).max() < 1e-9
-
-
 def two_bodies():
     one = ik.Robot.from_urdf(MODELS / "hammer.urdf", root="freeflyer")
     other = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")

@@ -99,28 +99,6 @@ def test_cam_and_follower_that_jumps():
     np.testing.assert_allclose([t for t, _ in motion.impacts], right, atol=1e-8)
 
 
-def test_a_pin_rattles_in_its_clearance():
-    """A pin in a round hole: without losses it hits every chord of a regular star."""
-    gap = 0.01
-    hole = ik.GapContact(
-        lambda q: gap - math.hypot(q[0], q[1]),
-        normal=lambda q: -np.array(q) / math.hypot(q[0], q[1]) if any(q) else [0.0, 0.0],
-        restitution=1.0,
-        name="hole",
-    )
-    scene = ik.Scene(bead("0 1 0"), contacts=[hole], gravity=[0, 0, 0])
-    angle = 0.7
-    way = np.array([-math.cos(angle), math.sin(angle)])
-    motion = ik.simulate(scene, [gap * 0.999999, 0.0], way, duration=0.2)
-    x = gap * 0.999999
-    first = x * math.cos(angle) + math.sqrt(gap**2 - (x * math.sin(angle)) ** 2)
-    chord = 2 * math.sqrt(gap**2 - (x * math.sin(angle)) ** 2)
-    times = np.array([t for t, _ in motion.impacts])
-    assert len(times) == 13
-    np.testing.assert_allclose(times, first + chord * np.arange(13), atol=1e-8)
-    np.testing.assert_allclose(np.linalg.norm(motion.v[-1]), 1.0, atol=1e-12)
-
-
 def test_friction_by_tangents():
     """A block on a slope by functions of q: g (sin − µ cos) along it."""
     slope, mu = 0.5, 0.3

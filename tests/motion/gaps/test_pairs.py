@@ -11,7 +11,6 @@ import impulsekit as ik
 
 from ...robots import one_body
 
-G = 9.81
 CUBE = one_body("box", 1, 0.2**2 / 6.0, '<box size="0.2 0.2 0.2"/>')
 FLOOR = '<robot name="floor"><link name="box"><collision><geometry><box size="9 9 0.2"/></geometry>'
 FLOOR += "</collision></link></robot>"
@@ -60,20 +59,3 @@ def test_tumbling_cubes_touch_when_their_separation_is_gone(seed):
     first = int(np.flatnonzero(gaps < 0.0)[0])
     exact = brentq(apart, times[first - 1], times[first], xtol=1e-14)
     assert motion.impacts[0][0] == pytest.approx(exact, abs=1e-9)
-
-
-def test_a_box_on_a_box_slides_until_friction_has_stopped_it():
-    mu, speed = 0.3, 0.6
-    cube, floor = CUBE, ik.Robot.from_urdf(FLOOR)
-    both = ik.combine(a=cube, floor=floor)
-    scene = ik.Scene(
-        both, contacts=[ik.Collision("a/box", "floor/box", friction=mu)], gravity=(0, 0, -G)
-    )
-    place = {"a/root_joint": [0, 0, 0.2, 0, 0, 0, 1]}
-    start = both.velocity(**{"a/root_joint": [speed, 0, 0, 0, 0, 0]})
-    motion = ik.simulate(scene, both.configuration(**place), start, 0.4)
-    assert motion.status is ik.MotionStatus.FINISHED
-    assert motion.q[-1][0] == pytest.approx(speed**2 / (2.0 * mu * G), abs=1e-9)
-    before = speed / (mu * G) - 1e-3
-    assert motion.at(before)[1][0] == pytest.approx(speed - mu * G * before, abs=1e-9)
-    np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)

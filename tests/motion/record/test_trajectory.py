@@ -1,6 +1,5 @@
 """``Trajectory``: states, histories, files; and how motions end."""
 
-import pickle
 import sys
 
 import numpy as np
@@ -67,12 +66,6 @@ def test_it_is_saved_and_loaded_whole(motion, tmp_path):
             np.testing.assert_allclose(one, other, atol=1e-12)
     assert again.impacts[0][1].contacts[0].name == "floor"
     np.testing.assert_array_equal(np.load(path)["q"], motion.q)
-
-
-def test_it_pickles(motion):
-    again = pickle.loads(pickle.dumps(motion))
-    np.testing.assert_allclose(again.at(0.3)[0], motion.at(0.3)[0], atol=1e-13)
-    assert repr(again) == repr(motion)
 
 
 def test_xarray_or_a_clear_word(motion, monkeypatch):

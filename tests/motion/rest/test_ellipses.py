@@ -1,7 +1,6 @@
 """Motions with friction by direction, against integrations of Goyal's law and closed forms."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -18,16 +17,6 @@ def link(name, mass=2.0, inertia=0.01, shape=""):
 
 
 BLOCK = ik.Robot.from_urdf(f'<robot name="block">{link("block")}</robot>', root="freeflyer")
-
-
-def on_ground(shape):
-    """A body that floats over a box with its top at z = 0."""
-    return ik.Robot.from_urdf(
-        '<robot name="r"><link name="ground"><collision><origin xyz="0 0 -0.5"/><geometry>'
-        f'<box size="9 9 1"/></geometry></collision></link>{link("body", shape=shape)}'
-        '<joint name="free" type="floating"><parent link="ground"/><child link="body"/></joint>'
-        "</robot>"
-    )
 
 
 def slid(friction, v, duration, gravity=(0, 0, -G), **more):
@@ -72,27 +61,6 @@ def test_it_holds_inside_the_ellipse(share, holds):
     friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)
     motion = slid(friction, np.zeros(6), 0.2, (*lean, -G))
     assert (np.abs(motion.v[-1]).max() < 1e-12) == holds
-
-
-@pytest.mark.slow
-def test_a_ball_slides_and_rolls_over_ribs():
-    ball = on_ground('<sphere radius="0.1"/>')
-    friction = ik.EllipticFriction(0.3, 0.1, along=ALONG)
-    scene = ik.Scene(ball, contacts=[ik.Collision("body", "ground", friction=friction)])
-    start = ball.configuration(free=[0, 0, 0.1, 0, 0, 0, 1])
-    motion = ik.simulate(scene, start, ball.velocity(free=[1.2, 1.6, 0, 0, 0, 0]), 0.3)
-    arm = np.array([0, 0, -0.1])
-
-    def rates(t, y):
-        slip = y[3:6] + np.cross(y[6:], arm)
-        force = np.array([*friction_on(slip[:2], 2 * G, 0.3, 0.1), 0.0])
-        return [*y[3:6], *(force / 2.0), *(np.cross(arm, force) / 0.01)]
-
-    y = [0, 0, 0.1, 1.2, 1.6, 0, 0, 0, 0]
-    truth = solve_ivp(rates, (0, 0.3), y, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    turn = pin.Quaternion(motion.q[-1][3:7]).toRotationMatrix()
-    found = [*motion.q[-1][:3], *(turn @ motion.v[-1][:3]), *(turn @ motion.v[-1][3:])]
-    assert found == pytest.approx(truth, abs=1e-10)
 
 
 def test_ribs_turn_with_the_plate_that_has_them():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from benchmarks.urdf import joint_text, link_text, robot_text
 
 from ...robots import one_body
 
@@ -84,45 +83,3 @@ def test_what_is_peeled_off_turns_about_its_other_pad():
     assert motion.rests[0].contact == "near"
     near = motion.contacts["near"].force(0.5)[2]
     assert near == pytest.approx((2 * G + 10) / 2 + 10 * b / (2 * a), abs=1e-9)
-
-
-def test_a_gripper_keeps_what_it_has_caught_and_sets_it_swinging():
-    """A hand on a hinge catches a ball at its tip: then both swing as one pendulum."""
-    hand = ik.Robot.from_urdf(
-        robot_text(
-            "r",
-            *(link_text("base"), link_text("arm", 1, 0.1, at="1 0 0")),
-            link_text("ball", 0.5, 0.001),
-            joint_text("hinge", "revolute", "base", "arm", "0 -1 0", far=9),
-            joint_text("free", "floating", "base", "ball"),
-        )
-    )
-    # Three cups, so that the ball cannot turn against the hand.
-    cups = [
-        ik.Contact(
-            "ball",
-            at=at,
-            against="arm",
-            origin=[1, 0, 0],
-            adhesion=9.0,
-            holding_force=50.0,
-            friction=2.0,
-        )
-        for at in ([0.05, 0, 0], [-0.05, 0.05, 0], [-0.05, -0.05, 0])
-    ]
-    scene = ik.Scene(hand, contacts=cups)
-    q = hand.configuration(free=[1, 0, 0.2, 0, 0, 0, 1])
-    motion = ik.simulate(scene, q, hand.velocity(hinge=[0.0], free=[0, 0, -1.0, 0, 0, 0]), 0.3)
-    assert motion.status.name == "FINISHED"
-    hinge = hand.model.joints[hand.joint_id("hinge")]
-    caught = [i for i, t in enumerate(motion.t) if t > motion.impacts[-1][0] + 1e-9]
-
-    def energy(i):
-        angle, rate = motion.q[i][hinge.idx_q], motion.v[i][hinge.idx_v]
-        x, _, z = motion.q[i][:3]
-        inertia = 0.1 + 1.0 + 0.001 + 0.5 * (x**2 + z**2)
-        return 0.5 * inertia * rate**2 + G * (np.sin(angle) + 0.5 * z)
-
-    assert len(caught) > 5
-    energies = [energy(i) for i in caught]
-    assert max(energies) - min(energies) < 1e-8

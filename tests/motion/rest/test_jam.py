@@ -7,7 +7,6 @@ import pytest
 import impulsekit as ik
 
 from ..models import GRAVITY, MODELS
-from ..test_judgement import planar_scene
 
 # Of a slender rod of 1 kg and 1 m: where its mass is, and its inertia there.
 HALF, INERTIA = 0.5, 1.0 / 12.0
@@ -85,15 +84,6 @@ def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
         assert np.diff(motion.energy().total).max() < 1e-8
 
 
-@pytest.mark.parametrize("seed", [25, 33])
-def test_what_is_wedged_without_any_force_stands_still(seed):
-    """Redundant contacts stop a body wholly: what rounding leaves asks for no forces."""
-    scene, q, v, _ = planar_scene(seed)
-    motion = ik.simulate(scene, q, v, duration=1.0)
-    assert motion.status.finished, motion.detail
-    assert np.abs(motion.v[-1]).max() < 1e-12
-
-
 @pytest.mark.slow
 def test_feet_of_a_robot_that_jam_one_after_the_other():
     """A quadruped lands on stiff joints: a foot that friction jams while it hardly slides stops."""
@@ -111,38 +101,3 @@ def test_feet_of_a_robot_that_jam_one_after_the_other():
     # Nothing drives it: energy only falls, up to what integration leaves.
     energy = motion.energy().total
     assert np.diff(energy).max() < 1e-6 * energy.max() and len(motion.impacts) > 15
-
-
-# Solo12 on its way down, its joints turned as they fell, in a state found by a fall from 0.5 m.
-SINKING = {
-    "q": [0.04263, 0.21317, -0.14945, 0.75739, 0.10826, -0.18575, -0.61655],
-    "legs": [
-        [-3.96008, 2.24177, 0.47422],
-        [-4.51109, 4.13943, -8.81951],
-        [-0.73733, -0.03451, -6.4481],
-        [-4.61967, 5.21974, -9.14937],
-    ],
-    "v": [0.7336, 0.2394, 0.3456, 6.9717, -3.7012, -1.6813],
-    "leg_speeds": [
-        [-14.7528, 0.9202, -6.7441],
-        [-5.5185, -1.7025, 1.4999],
-        [-8.1913, 2.4819, 6.544],
-        [-35.2222, 11.3232, -7.9051],
-    ],
-}
-
-
-def test_a_foot_whose_force_grows_without_bound_as_its_slip_ends_is_followed():
-    """Steps there are of nanoseconds; after one without forces, ever longer ones were tried."""
-    solo = ik.Robot.from_example("solo12", root="freeflyer")
-    feet = [
-        ik.Contact(foot, normal=[0, 0, 1], friction=0.8, name=foot)
-        for foot in ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
-    ]
-    scene = ik.Scene(solo, contacts=feet)
-    q = np.concatenate([SINKING["q"], *SINKING["legs"]])
-    v = np.concatenate([SINKING["v"], *SINKING["leg_speeds"]])
-    motion = ik.simulate(scene, pin.normalize(solo.model, q), v, duration=0.01)
-    assert motion.status.finished, motion.detail
-    assert np.diff(motion.energy().total).max() < 1e-9
-    assert max(abs(impact.residuals.largest) for _, impact in motion.impacts) < 1e-9

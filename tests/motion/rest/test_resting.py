@@ -9,25 +9,6 @@ import impulsekit as ik
 
 from ..models import GRAVITY, MODELS, particle, sliders
 
-TILT = 0.4
-NORMAL = [np.sin(TILT), 0.0, np.cos(TILT)]
-DOWNHILL = np.array([np.cos(TILT), 0.0, -np.sin(TILT)])
-
-
-def on_plane(friction, v, duration, normal=(0, 0, 1), **changes):
-    contact = ik.Contact("z", normal=normal, friction=friction, name="floor")
-    scene = ik.Scene(particle(), contacts=[contact])
-    return ik.simulate(scene, [0, 0, 0], v, duration=duration, **changes)
-
-
-def test_thrown_up_a_slope_it_stops_and_slides_back():
-    motion = on_plane(0.3, -3.0 * DOWNHILL, 2.0, NORMAL)
-    up = GRAVITY * (np.sin(TILT) + 0.3 * np.cos(TILT))
-    down = GRAVITY * (np.sin(TILT) - 0.3 * np.cos(TILT))
-    stop = 3.0 / up
-    way = -4.5 / up + 0.5 * down * (2.0 - stop) ** 2
-    np.testing.assert_allclose(motion.q[-1], way * DOWNHILL, atol=1e-9)
-
 
 def test_a_contact_lets_go_when_its_force_turns():
     robot = sliders(1)
@@ -76,29 +57,6 @@ def test_a_slip_that_begins_slowly_turns_as_it_should():
     np.testing.assert_allclose(motion.v[-1, :2], path.y[2:, -1], rtol=0, atol=1e-7)
     # The slower the slip, the faster it may turn: below the capture speed it does not.
     assert motion.steps < 500
-
-
-@pytest.mark.slow
-def test_a_leg_that_moves_over_its_foot_is_not_held_up_by_loose_tolerances():
-    leg = ik.Robot.from_urdf(ik.models.pendulum_urdf(3))
-    q = leg.configuration(joint_1=0.5, joint_2=-1.0, joint_3=0.8)
-    data = leg.model.createData()
-
-    def tip(q):
-        pin.framesForwardKinematics(leg.model, data, q)
-        return data.oMf[leg.frame_id("link_3")].act(np.array([0.0, 0.0, -1.0]))
-
-    foot = ik.Contact("link_3", at=[0, 0, -1], origin=tip(q), friction=2.0)
-    springs = [ik.JointSpring(f"joint_{i}", stiffness=40, damping=2) for i in (1, 2, 3)]
-    scene = ik.Scene(leg, contacts=[foot], forces=springs)
-    loose = {"rtol": 1e-5, "atol": 1e-7}
-    motion = ik.simulate(scene, q, leg.velocity(), duration=2.0, **loose)
-    assert [rest.end for rest in motion.rests] == [np.inf]
-    assert np.abs(motion.q[-1] - q).max() > 0.5
-    np.testing.assert_allclose(tip(motion.q[-1])[2], tip(q)[2], atol=1e-13)
-    np.testing.assert_allclose(tip(motion.q[-1])[0], tip(q)[0], atol=1e-6)
-    # Noise of the tolerance in the foot's speed does not count as lifting.
-    assert motion.steps < 200
 
 
 FEET = ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT")
