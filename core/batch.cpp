@@ -10,8 +10,9 @@
 
 #include "articulated.hpp"
 #include "blows.hpp"
+#include "derivatives.hpp"
 #include "laws/tolerances.hpp"
-#include "rows.hpp"
+#include "meetings.hpp"
 #include "scene_impact.hpp"
 #include "tree.hpp"
 
@@ -75,7 +76,9 @@ class Block {
           M_(model_.nv * model_.nv),
           units_(units_of(model_)),
           struck_(model_.bodies.size(), 0),
-          turned_(model_.bodies.size(), 0) {
+          turned_(model_.bodies.size(), 0),
+          lane_tree_(model_),
+          derivation_(scene_, *batch.law) {
         for (const Blow& blow : scene_.blows)
             for (int k = blow.site.body; k > 0; k = model_.bodies[k].parent) {
                 struck_[k] = 1;
@@ -100,6 +103,7 @@ class Block {
             strike_rows();
         write();
         if (needs_loads_) load();
+        if (b_.out.slopes && by_articulated_) differentiate_freely();
     }
 
   private:
@@ -194,7 +198,7 @@ class Block {
             std::int8_t& code = b_.out.codes[first_ + k];
             if (code == 0 && flaws[k] != 0.0) code = kSingularMass;
         }
-        if (needs_loads_) {
+        if (needs_loads_ || b_.out.slopes) {
             tree_.place(q_.data());
             multipliers_.assign(1, Pack{});
         }
@@ -214,8 +218,101 @@ class Block {
         moments_.assign(3 * rows_.touches.size(), Pack{});
         multipliers_.assign(scene_.rows() + 1, Pack{});
         std::fill(dv_.begin(), dv_.end(), Pack{});
-        for (int k = 0; k < count_; ++k)
+        for (int k = 0; k < count_; ++k) {
+            if (b_.out.slopes) leave_slopes(first_ + k);
             if (b_.out.codes[first_ + k] == 0) solve_lane(k);
+        }
+    }
+
+    // A row without slopes, until some are found.
+    void leave_slopes(std::size_t row) {
+        const std::size_t size = sets() * b_.in.parameters.size();
+        std::fill_n(b_.out.slopes + row * size, size, std::numeric_limits<double>::quiet_NaN());
+        b_.out.existence[row] = static_cast<std::int8_t>(Existence::no_impact);
+    }
+
+    std::size_t sets() const { return b_.in.weights.data ? 1 : b_.in.results.size(); }
+
+    // Weights of all results, set by set.
+    void weigh(int row) {
+        const std::size_t results = derivation_.results();
+        weights_.assign(sets() * results, 0.0);
+        if (const double* given = b_.in.weights.row(row))
+            std::copy(given, given + results, weights_.begin());
+        else
+            for (std::size_t i = 0; i < sets(); ++i) weights_[i * results + b_.in.results[i]] = 1.0;
+    }
+
+    void differentiate(int k, int row, const ImpactProblem& p) {
+        const Status status = solution_.contact.status;
+        if (solution_.failure != ImpactSolution::Failure::none ||
+            (status != Status::solved && status != Status::energy_gain))
+            return;
+        take_lane(tree_, k, lane_tree_);
+        Differentiated d;
+        d.is_closed = find_meetings(rows_, lane_tree_, k, lane_, meetings_, derivation_.contact);
+        entries_.clear();
+        for (const StateRows::Point& point : lane_.points) entries_.push_back(point.entry);
+        d.tree = &lane_tree_;
+        d.problem = &p;
+        d.solution = &solution_;
+        d.entries = entries_.data();
+        d.meetings = meetings_.data();
+        d.impulses = b_.in.impulses.row(row);
+        d.masses = b_.in.masses.row(row);
+        d.has_own_restitution = !b_.in.restitution.data;
+        derivation_.set(d);
+        b_.out.existence[row] = static_cast<std::int8_t>(derivation_.existence);
+        if (derivation_.unavailable != Unavailable::none) return;
+        weigh(row);
+        const std::size_t width = derivation_.slopes(), count = b_.in.parameters.size();
+        slopes_.resize(sets() * width);
+        pull_back_all(derivation_, weights_.data(), static_cast<int>(sets()), slopes_.data());
+        double* to = b_.out.slopes + row * sets() * count;
+        for (std::size_t i = 0; i < sets(); ++i)
+            for (std::size_t j = 0; j < count; ++j)
+                to[i * count + j] = is_determined(i) ? slopes_[i * width + b_.in.parameters[j]]
+                                                     : std::numeric_limits<double>::quiet_NaN();
+    }
+
+    // Whether what a set of weights sums up is determined: not a share of redundant loads.
+    bool is_determined(std::size_t set) const {
+        const double* w = weights_.data() + set * derivation_.results() + model_.nv;
+        for (int r = 0; r < scene_.rows(); ++r)
+            if (w[r] != 0.0 && !derivation_.determined[r]) return false;
+        w += scene_.rows();
+        for (std::size_t i = 0; i < entries_.size(); ++i)
+            if (!solution_.contact.unique[i])
+                for (int j = 0; j < 3; ++j)
+                    if (w[3 * entries_[i] + j] != 0.0) return false;
+        return true;
+    }
+
+    // Of known impulses alone, eight rows side by side.
+    void differentiate_freely() {
+        const std::size_t results = derivation_.results(), count = b_.in.parameters.size();
+        std::vector<Inertia<Pack>> inertias(tree_.count());
+        for (int k = 1; k < tree_.count(); ++k) inertias[k] = tree_.in_world(k, inertia_at(k));
+        const std::vector<char> all(tree_.count(), 1);
+        std::vector<Pack> w(model_.nv), x(model_.nv), slopes(derivation_.slopes());
+        for (std::size_t i = 0; i < sets(); ++i) {
+            for (int k = 0; k < kLanes; ++k) {
+                weigh(row_of(k));
+                for (int j = 0; j < model_.nv; ++j) w[j][k] = weights_[i * results + j];
+            }
+            std::fill(articulated_.wrench.begin(), articulated_.wrench.end(), Spatial<Pack>{});
+            articulated_.respond(all.data(), w.data(), x.data());
+            pull_back_blows(scene_, tree_, inertias.data(), given_.data(), w.data(), x.data(),
+                            dv_.data(), slopes.data());
+            for (int k = 0; k < count_; ++k) {
+                const std::size_t row = first_ + k;
+                if (i == 0) leave_slopes(row);
+                if (b_.out.codes[row] != 0) continue;
+                b_.out.existence[row] = static_cast<std::int8_t>(Existence::exists);
+                for (std::size_t j = 0; j < count; ++j)
+                    b_.out.slopes[(row * sets() + i) * count + j] = slopes[b_.in.parameters[j]][k];
+            }
+        }
     }
 
     GivenState given_of(int row) const {
@@ -246,6 +343,7 @@ class Block {
         coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
         solve_impact(p, solution_);
         code = static_cast<std::int8_t>(code_of(solution_));
+        if (b_.out.slopes) differentiate(k, row, p);
         if (solution_.failure != ImpactSolution::Failure::none) return;
         keep(k, M);
     }
@@ -387,6 +485,11 @@ class Block {
     std::vector<double> numbers_, totals_;
     PointCoefficients coefficients_;
     std::vector<int> loaded_;
+    Tree<double> lane_tree_;
+    Derivation derivation_;
+    std::vector<Meeting<double>> meetings_;
+    std::vector<int> entries_;
+    std::vector<double> weights_, slopes_;
 };
 
 // Pieces of a batch, handed to whoever asks; the first exception ends it.

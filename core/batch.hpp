@@ -31,6 +31,10 @@ struct BatchInput {
     Column q, v, impulses, restitution, friction, masses, points;
     Column function_rows, function_contacts;
     const std::int8_t* codes = nullptr;  // (size) what is known of a row before it is solved
+    // Slopes are those of the sum of results with these weights, one set of each row; or, where
+    // there are none, of these results by their numbers. See Derivation for both.
+    Column weights;
+    std::vector<int> results, parameters;  // the parameters that are written
 };
 
 // (size, …) each; null where it is not asked for.
@@ -40,6 +44,8 @@ struct BatchOutput {
     double *normal_components = nullptr, *reactions = nullptr, *bodies = nullptr;
     double* gaps = nullptr;  // by contact, of the lowest of its points; NaN where none touches
     std::int8_t* codes = nullptr;
+    double* slopes = nullptr;          // (size, results or 1, parameters)
+    std::int8_t* existence = nullptr;  // (size) whether there are slopes
 };
 
 struct Batch {

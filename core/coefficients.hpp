@@ -14,7 +14,7 @@ namespace impulsekit {
 struct BySpeed {
     double value = 0.0, capture = 0.0;
     std::vector<double> speeds, values;
-    std::function<double(double)> function;
+    std::function<double(double)> function, slope;  // its derivative, if it is known
 
     double at(double speed) const;
 };

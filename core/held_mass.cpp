@@ -64,4 +64,24 @@ std::vector<char> HeldMass::leave_held(const double* half, int count, double* le
     return held;
 }
 
+void HeldMass::respond(const double* points, int count, std::vector<double>& moved,
+                       std::vector<double>& borne, std::vector<double>& W) const {
+    const int m = given_.count;
+    std::vector<double> half(points, points + count * nv_), wanted(m), lacking(m);
+    for (int r = 0; r < count; ++r) mass_.half(half.data() + r * nv_);
+    moved = half;
+    leave_held(half.data(), count, moved.data());
+    W.assign(count * count, 0.0);
+    for (int i = 0; i < count; ++i)
+        for (int j = 0; j < count; ++j)
+            W[i * count + j] = dot(moved.data() + i * nv_, moved.data() + j * nv_, nv_);
+    borne.assign(count * m, 0.0);
+    for (int r = 0; r < count && m > 0; ++r) {
+        for (int k = 0; k < m; ++k)
+            wanted[k] = -dot(half_.data() + k * nv_, half.data() + r * nv_, nv_);
+        rows_->solve(wanted.data(), borne.data() + r * m, lacking.data());
+    }
+    for (int r = 0; r < count; ++r) mass_.rest(moved.data() + r * nv_);
+}
+
 }  // namespace impulsekit

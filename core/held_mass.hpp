@@ -40,6 +40,11 @@ class HeldMass {
     // begins as `half`. (count) marks rows of which only rounding is left, which are cleared.
     std::vector<char> leave_held(const double* half, int count, double* left) const;
 
+    // Of points' rows (count, nv), three of each: Δv (count, nv) and λ (count, rows) of unit
+    // impulses, and W (count, count), where the rows hold.
+    void respond(const double* points, int count, std::vector<double>& moved,
+                 std::vector<double>& borne, std::vector<double>& W) const;
+
   private:
     bool fill_mass(const double* M);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "numbers.hpp"
+
 namespace impulsekit {
 
 // A pivot at or below this share of its diagonal is rounding, not inertia: robots stay above 1e-4,
@@ -42,9 +44,10 @@ class MassFactor {
     }
 
     // x ← D^-½ L⁻ᵀ x: with it W = J M⁻¹ Jᵀ is a product of rows with themselves.
-    void half(double* x) const {
+    template <typename S>
+    void half(S* x) const {
         for (int i = n_ - 1; i >= 0; --i) {
-            if (x[i] == 0.0) continue;
+            if (!any(x[i] != 0.0)) continue;
             const double* row = L_.data() + i * n_;
             for (int j = parent_[i]; j >= 0; j = parent_[j]) x[j] -= row[j] * x[i];
         }
@@ -52,7 +55,8 @@ class MassFactor {
     }
 
     // x ← L⁻¹ D^-½ x: the rest of the way to M⁻¹.
-    void rest(double* x) const {
+    template <typename S>
+    void rest(S* x) const {
         for (int i = 0; i < n_; ++i) {
             const double* row = L_.data() + i * n_;
             x[i] /= roots_[i];
@@ -60,7 +64,8 @@ class MassFactor {
         }
     }
 
-    void solve(double* x) const {
+    template <typename S>
+    void solve(S* x) const {
         half(x);
         rest(x);
     }

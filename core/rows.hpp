@@ -22,6 +22,7 @@ struct Touch {
     Vec3<S> place, other_place;  // of both ends, which differ for a rope
     S gap{};
     bool touches[Number<S>::lanes];
+    int feature = -1;  // of bodies of any shapes: where the names of its points begin
 };
 
 template <typename S>
@@ -36,6 +37,7 @@ class Rows {
     std::vector<S> J;                 // (3 touches, nv)
     std::vector<S> turning;           // (3 touches, nv) of the relative angular velocity
     bool has_line[Number<S>::lanes];  // false where two points of a line coincide
+    std::vector<Feature> features;    // of such touches, one of each lane
 
     explicit Rows(const Scene& s)
         : scene(s), A(s.rows() * s.model->nv), target(s.rows()), wider(s.rows()) {}
@@ -114,13 +116,6 @@ class Rows {
         }
     }
 
-    // The six rows (6, nv) of a pair at a placed tree.
-    const std::vector<S>& rows_of(const Tree<S>& tree, const Pair& pair) {
-        write_six(tree, pair, ends_of(tree, pair));
-        return six_;
-    }
-
-  private:
     // Both points of a pair in the world and from the origins of their bodies, and R.
     struct Ends {
         Vec3<S> place, other_place;
@@ -128,6 +123,30 @@ class Rows {
         Vec3<S> arm, other_arm;
     };
 
+    static Ends ends_of(const Tree<S>& tree, const Pair& pair) {
+        Ends ends;
+        ends.axes = mat3<S>(pair.axes);
+        ends.arm = tree.rotation[pair.first.body] * vec3<S>(pair.first.point);
+        ends.place = tree.origin[pair.first.body] + ends.arm;
+        ends.other_arm = tree.rotation[pair.other.body] * vec3<S>(pair.other.point);
+        ends.other_place = tree.origin[pair.other.body] + ends.other_arm;
+        if (pair.coincides) meet(tree, pair.other.body, ends);
+        if (pair.carrier == Carrier::first || pair.carrier == Carrier::other) {
+            const Site& site = pair.carrier == Carrier::first ? pair.first : pair.other;
+            ends.axes = tree.rotation[site.body] * (mat3<S>(site.axes) * ends.axes);
+        } else if (pair.carrier == Carrier::line) {
+            const Vec3<S> way = ends.place - ends.other_place;
+            const S length = root(dot(way, way));
+            set_axes(ends.axes, way * (pair.axes[8] / length));
+        }
+        return ends;
+    }
+
+    static Vec3<S> place_of(const Tree<S>& tree, const Site& site) {
+        return tree.origin[site.body] + tree.rotation[site.body] * vec3<S>(site.point);
+    }
+
+  private:
     int nv() const { return scene.model->nv; }
 
     StateRows::Point point_of(const Tree<S>& tree, const Touch<S>& t, int k, StateRows& to) const {
@@ -169,33 +188,10 @@ class Rows {
         }
     }
 
-    static Vec3<S> place_of(const Tree<S>& tree, const Site& site) {
-        return tree.origin[site.body] + tree.rotation[site.body] * vec3<S>(site.point);
-    }
-
     // Of the axes of a frame in one lane.
     static Placement placement_of(const Tree<S>& tree, const Site& site, int k) {
         const Mat3<S> axes = tree.rotation[site.body] * mat3<S>(site.axes);
         return {{get(axes.x, k), get(axes.y, k), get(axes.z, k)}, get(place_of(tree, site), k)};
-    }
-
-    Ends ends_of(const Tree<S>& tree, const Pair& pair) const {
-        Ends ends;
-        ends.axes = mat3<S>(pair.axes);
-        ends.arm = tree.rotation[pair.first.body] * vec3<S>(pair.first.point);
-        ends.place = tree.origin[pair.first.body] + ends.arm;
-        ends.other_arm = tree.rotation[pair.other.body] * vec3<S>(pair.other.point);
-        ends.other_place = tree.origin[pair.other.body] + ends.other_arm;
-        if (pair.coincides) meet(tree, pair.other.body, ends);
-        if (pair.carrier == Carrier::first || pair.carrier == Carrier::other) {
-            const Site& site = pair.carrier == Carrier::first ? pair.first : pair.other;
-            ends.axes = tree.rotation[site.body] * (mat3<S>(site.axes) * ends.axes);
-        } else if (pair.carrier == Carrier::line) {
-            const Vec3<S> way = ends.place - ends.other_place;
-            const S length = root(dot(way, way));
-            set_axes(ends.axes, way * (pair.axes[8] / length));
-        }
-        return ends;
     }
 
     // Let the other point be that which coincides with the first.
@@ -381,6 +377,7 @@ class Rows {
 
     void touch(const Tree<S>& tree, const S* q, const GivenState* given) {
         touches.clear();
+        features.clear();
         J.clear();
         turning.clear();
         int function = 0, point = 0;
@@ -524,8 +521,11 @@ class Rows {
         for (std::size_t i = 0; i < most; ++i) {
             Touch<S>& t = new_touch(entry);
             Vec3<S> normal;
+            t.feature = static_cast<int>(features.size());
+            features.resize(features.size() + lanes);
             for (int k = 0; k < lanes; ++k) {
                 t.touches[k] = i < met_[k].size();
+                if (t.touches[k]) features[t.feature + k] = met_[k][i].feature;
                 if (!t.touches[k]) put(normal, k, {0.0, 0.0, 1.0});
                 if (!t.touches[k]) continue;
                 put(t.place, k, met_[k][i].point);

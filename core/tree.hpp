@@ -63,9 +63,9 @@ Inertia<S> moved(const Inertia<S>& a, const Vec3<S>& r) {
     return {a.mass, g + half, a.about + more};
 }
 
-// A body's own inertia in its own axes; `factor` scales those of links whose masses vary.
-template <typename S>
-Inertia<S> inertia_of(const Body& body) {
+// The inertia of a body, or of a link whose mass varies, in the axes of its body.
+template <typename S, typename Part>
+Inertia<S> inertia_of(const Part& body) {
     const double* i = body.inertia;
     return {number<S>(body.mass),
             vec3<S>(body.moment),

@@ -143,7 +143,7 @@ reveal_type(motion.energy().total)  # ndarray
 reveal_type(motion.status)  # MotionStatus
 reveal_type(ik.check(impact).agrees)  # bool
 reveal_type(ik.report(impact))  # str
-reveal_type(ik.derivatives(impact).dv_after_dq)  # ndarray
+reveal_type(ik.derivatives(impact)["v_after", "q"])  # ndarray
 reveal_type(ik.load_scene("a.toml").scene)  # Scene
 reveal_type(ik.design.effective_mass(robot, q, "hand", [0, 0, 1]))  # float
 reveal_type(fit_impacts([Measurement(scene, q, v, v)]))  # Fit

@@ -9,6 +9,7 @@
 #include "bind/arrays.hpp"
 #include "bind/given_scene.hpp"
 #include "bind/laws.hpp"
+#include "derivatives.hpp"
 
 namespace nb = nanobind;
 
@@ -20,7 +21,8 @@ namespace {
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using Codes = nb::ndarray<std::int8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Tables = std::tuple<double, double, std::vector<double>, std::vector<double>, nb::object>;
+using Tables =
+    std::tuple<double, double, std::vector<double>, std::vector<double>, nb::object, nb::object>;
 
 Column column_of(const std::optional<Matrix>& given, int size, std::size_t width,
                  const char* name) {
@@ -39,13 +41,14 @@ void add_contact(ContactLaw& self, const Tables& restitution, const nb::tuple& f
                  double number, double tangential, double stiffness, double adhesion,
                  double rolling, double torsion) {
     ContactCoefficients own;
-    const auto& [value, capture, speeds, values, function] = restitution;
+    const auto& [value, capture, speeds, values, function, slope] = restitution;
     if (speeds.size() != values.size()) throw nb::value_error("a value for each speed is wanted");
     own.restitution.value = value;
     own.restitution.capture = capture;
     own.restitution.speeds = speeds;
     own.restitution.values = values;
     if (!function.is_none()) own.restitution.function = function_of(function);
+    if (!slope.is_none()) own.restitution.slope = function_of(slope);
     own.model = friction_of(friction);
     own.friction = number;
     own.tangential = tangential;
@@ -113,6 +116,28 @@ double* output_of(const nb::dict& outputs, const char* name, std::size_t size) {
     return array.data();
 }
 
+// What is to be differentiated, and where slopes and their existence go.
+void take_slopes(const GivenScene& self, const Given& given, const nb::dict& outputs,
+                 Batch& batch) {
+    const Scene& scene = self.scene;
+    const int results = self.model.nv + scene.rows() + 3 * static_cast<int>(scene.contacts.size());
+    BatchInput& in = batch.in;
+    in.results = nb::cast<std::vector<int>>(given.arrays["results"]);
+    in.parameters = nb::cast<std::vector<int>>(given.arrays["parameters"]);
+    in.weights = given.column("weights", results);
+    const auto check = [](const std::vector<int>& numbers, int count) {
+        for (int i : numbers)
+            if (i < 0 || i >= count) throw nb::value_error("there is no such result or parameter");
+    };
+    check(in.results, results);
+    check(in.parameters, Parameters(scene).count);
+    const std::size_t sets = in.weights.data ? 1 : in.results.size(), B = in.size;
+    batch.out.slopes = output_of(outputs, "slopes", B * sets * in.parameters.size());
+    const Codes existence = nb::cast<Codes>(outputs["existence"]);
+    if (existence.size() != B) throw nb::value_error("existence: another size is wanted");
+    batch.out.existence = existence.data();
+}
+
 void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
            const std::vector<int>& joints, const std::vector<std::pair<int, Array>>& links,
            const nb::dict& arrays, const Codes& known, const nb::dict& outputs, const Codes& codes,
@@ -166,6 +191,7 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     out.constraint_impulses = output_of(outputs, "constraint_impulses", B * scene.rows());
     out.reactions = output_of(outputs, "reactions", B * joints.size() * 6);
     out.bodies = output_of(outputs, "bodies", B * links.size() * 6);
+    if (outputs.contains("slopes")) take_slopes(self, given, outputs, batch);
     const nb::gil_scoped_release release;
     solve_rows(batch, threads, [&](int done) {
         const nb::gil_scoped_acquire hold;

@@ -1,76 +1,226 @@
-// Derivatives of rows and laws, as Python calls them.
+// Derivatives of one impact, as Python calls them.
 #include "derivatives.hpp"
 
-#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
+
+#include <memory>
 
 #include "bind/given_scene.hpp"
-#include "laws/path.hpp"
+#include "blows.hpp"
+#include "meetings.hpp"
+#include "scene_impact.hpp"
 
 namespace nb = nanobind;
 
-void bind_derive_rows(nb::module_& module);
+void bind_derive(nb::module_& module);
 
-void bind_derive_rows(nb::module_& module) {
+namespace impulsekit {
+
+// With arrays of its own; modules of all instruction sets share it.
+struct OwnDerivation {
+    Tree<double> tree;
+    std::vector<double> v, M, numbers, impulse;
+    StateRows rows;
+    std::vector<int> entries;
+    std::vector<Meeting<double>> meetings;
+    PointCoefficients coefficients;
+    ImpactProblem problem;
+    ImpactSolution solution;
+    Derivation derivation;
+
+    OwnDerivation(const Scene& scene, const ContactLaw& law)
+        : tree(*scene.model), derivation(scene, law) {}
+};
+
+namespace {
+
+// A point that differs from the one found by less than this [m] is the same.
+constexpr double kSamePoint = 1e-5;
+
+// The points of a state in the order in which an impact has them; false where one is not there.
+bool choose_points(const Scene& scene, const StateRows& all, const std::vector<int>& entries,
+                   const double* places, OwnDerivation& own, std::vector<int>& chosen) {
+    std::vector<char> is_taken(all.points.size(), 0);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        int found = -1;
+        for (std::size_t j = 0; j < all.points.size() && found < 0; ++j) {
+            const StateRows::Point& point = all.points[j];
+            if (point.entry != entries[i] || is_taken[j]) continue;
+            double apart = 0.0;
+            if (scene.contacts[point.entry].kind == Contact::shapes)
+                for (int k = 0; k < 3; ++k)
+                    apart = std::max(apart, std::abs(point.place[k] - places[3 * i + k]));
+            if (apart < kSamePoint) found = static_cast<int>(j);
+        }
+        if (found < 0) return false;
+        is_taken[found] = 1;
+        chosen.push_back(found);
+    }
+    const std::size_t block = 3 * scene.model->nv;
+    own.rows = all;
+    own.rows.turning_of.clear();
+    own.rows.J.clear();
+    own.rows.points.clear();
+    own.rows.touch_of.clear();
+    for (int j : chosen) {
+        own.rows.points.push_back(all.points[j]);
+        own.rows.touch_of.push_back(all.touch_of[j]);
+        own.rows.J.insert(own.rows.J.end(), all.J.begin() + j * block,
+                          all.J.begin() + (j + 1) * block);
+    }
+    return true;
+}
+
+// dv, λ, whether each λ is determined, P, and whether each P is.
+using Found = std::tuple<Array, Array, Array, Array, Array>;
+
+void take_solution(const Found& found, int nv, int m, int n, ImpactSolution& s) {
+    const auto& [dv, multipliers, unique, impulse, contact_unique] = found;
+    const auto numbers = [](const Array& a, int size, const char* name) {
+        const double* data = data_of(a, size, name);
+        return std::vector<double>(data, data + size);
+    };
+    const auto flags = [&](const Array& a, int size, const char* name) {
+        const std::vector<double> all = numbers(a, size, name);
+        return std::vector<char>(all.begin(), all.end());
+    };
+    s.dv = numbers(dv, nv, "dv");
+    s.multipliers = numbers(multipliers, m, "multipliers");
+    s.unique = flags(unique, m, "unique");
+    s.contact.impulse = numbers(impulse, 3 * n, "impulse");
+    s.contact.unique = flags(contact_unique, n, "contact_unique");
+}
+
+OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array& q, const Array& v,
+                      const Array& impulses, const std::vector<int>& entries, const Array& places,
+                      const Found& found, int inertia_of) {
+    const Scene& scene = self.scene;
+    const int nv = self.model.nv, n = static_cast<int>(entries.size());
+    if (law.contacts.size() != scene.contacts.size())
+        throw nb::value_error("law: coefficients of each contact are wanted");
+    if (inertia_of >= 0) check_body(self.model, inertia_of);
+    auto own = std::make_unique<OwnDerivation>(scene, law);
+    const double *at = data_of(q, self.model.nq, "q"), *speeds = data_of(v, nv, "v"),
+                 *points = data_of(places, 3 * n, "places");
+    const std::size_t count = 6 * scene.blows.size() + scene.kicks.size();
+    const double* p = data_of(impulses, count, "impulses");
+    own->v.assign(speeds, speeds + nv);
+    own->numbers.assign(p, p + count);
+    take_solution(found, nv, scene.rows(), n, own->solution);
+    for (int entry : entries)
+        if (entry < 0 || entry >= static_cast<int>(scene.contacts.size()))
+            throw nb::value_error("entries: there is no such contact");
+    const nb::gil_scoped_release release;
+    own->tree.place(at);
+    own->tree.weigh();
+    own->M.resize(nv * nv);
+    own->tree.mass_matrix(own->M.data());
+    Rows<double> rows(scene);
+    StateRows all;
+    std::vector<double> function_rows(scene.function_rows * nv),
+        function_contacts(scene.function_contacts * (1 + 3 * nv));
+    GivenState given;
+    given.function_rows = function_rows.data();
+    given.function_contacts = function_contacts.data();
+    std::vector<char> only(scene.contacts.size(), 0);
+    for (int entry : entries) only[entry] = 1;
+    std::vector<int> chosen;
+    bool is_there = false;
+    // In a motion some of the contacts take part, whatever their gaps.
+    for (const char* part :
+         {static_cast<const char*>(nullptr), static_cast<const char*>(only.data())}) {
+        given.only = part;
+        rows.fill(own->tree, at, speeds, &given);
+        rows.take(own->tree, 0, all);
+        chosen.clear();
+        is_there = all.points.size() >= entries.size() &&
+                   choose_points(scene, all, entries, points, *own, chosen);
+        if (is_there) break;
+    }
+    own->entries = entries;
+    Differentiated d;
+    if (is_there)
+        d.is_closed =
+            find_meetings(rows, own->tree, 0, own->rows, own->meetings, own->derivation.contact);
+    own->problem = problem_of(scene, own->rows, law.law);
+    own->problem.M = own->M.data();
+    own->problem.v = own->v.data();
+    if (count > 0) {
+        own->impulse.resize(nv);
+        press_blows(scene, own->numbers.data(), own->tree);
+        own->tree.gather(own->impulse.data());
+        for (std::size_t i = 0; i < scene.kicks.size(); ++i)
+            own->impulse[scene.kicks[i]] += own->numbers[6 * scene.blows.size() + i];
+        own->problem.impulse = own->impulse.data();
+    }
+    d.is_closed = d.is_closed && is_there;
+    own->coefficients.set(law, own->rows, nullptr, nullptr, own->problem);
+    d.tree = &own->tree;
+    d.problem = &own->problem;
+    d.solution = &own->solution;
+    d.entries = own->entries.data();
+    d.meetings = own->meetings.data();
+    d.impulses = own->numbers.data();
+    d.inertia_of = inertia_of;
+    own->derivation.set(d);
+    return own.release();
+}
+
+nb::ndarray<nb::numpy, double, nb::ndim<2>> pull_back(
+    const OwnDerivation& own, const nb::ndarray<const double, nb::ndim<2>, nb::c_contig>& given) {
+    const Derivation& d = own.derivation;
+    const int results = d.results(), slopes = d.slopes();
+    const std::size_t count = given.shape(0);
+    if (given.shape(1) != static_cast<std::size_t>(results))
+        throw nb::value_error("weights: another number of results is wanted");
+    if (d.unavailable != Unavailable::none) throw nb::value_error("there are no derivatives");
+    auto* found = new double[std::max<std::size_t>(count * slopes, 1)];
+    nb::capsule owner(found, [](void* p) noexcept { delete[] static_cast<double*>(p); });
+    const double* weights = given.data();
+    pull_back_all(d, weights, static_cast<int>(count), found);
+    return nb::ndarray<nb::numpy, double, nb::ndim<2>>(
+        found, {count, static_cast<std::size_t>(slopes)}, owner);
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_derive(nb::module_& module) {
     using namespace impulsekit;
-    module.def(
-        "derive_rows",
-        [](const GivenScene& self, const Array& q, const std::optional<std::vector<bool>>& only) {
-            const GivenArrays given = given_of({}, {}, only);
-            check_given(self, given);
-            return derive_rows(self.scene, data_of(q, self.model.nq, "q"), given.state());
-        },
-        nb::arg("scene"), nb::arg("q"), nb::arg("only").none(),
-        "Return M and the rows of a scene without functions, these with their derivatives.");
-    module.def(
-        "momentum_by_q",
-        [](const Model& model, const Array& q, const Array& x) {
-            return array_of(
-                momentum_by_q(model, data_of(q, model.nq, "q"), data_of(x, model.nv, "x")));
-        },
-        nb::arg("model"), nb::arg("q"), nb::arg("x"), nb::rv_policy::automatic,
-        "Return (nv, nv) the derivatives of M x by q, row by row along each direction.");
+    module.def("derive", &derive, nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"),
+               nb::arg("impulses"), nb::arg("entries"), nb::arg("places"), nb::arg("found"),
+               nb::arg("inertia_of"), nb::rv_policy::take_ownership, nb::keep_alive<0, 1>(),
+               nb::keep_alive<0, 2>(), "Return an impact made linear in its modes.");
+    module.def("pull_back", &pull_back, nb::arg("derivation"), nb::arg("weights"),
+               "Return (k, slopes) of weights (k, results) of v⁺, λ and contact impulses.");
 }
 
 void bind_derivatives(nb::module_& module) {
     using namespace impulsekit;
-    using D = DerivedRows;
-    constexpr auto kCopy = nb::rv_policy::automatic;
-    nb::class_<D>(module, "DerivedRows", "Rows and mass matrix with their derivatives by q.")
+    using D = OwnDerivation;
+    nb::class_<D>(module, "Derivation", "An impact made linear in its modes.")
+        .def_prop_ro("existence",
+                     [](const D& d) { return static_cast<int>(d.derivation.existence); })
+        .def_prop_ro("unavailable",
+                     [](const D& d) { return static_cast<int>(d.derivation.unavailable); })
+        .def_prop_ro("contact", [](const D& d) { return d.derivation.contact; })
         .def_prop_ro(
-            "M", [](const D& d) { return array_of(d.M); }, kCopy)
-        .def_prop_ro(
-            "G", [](const D& d) { return array_of(d.G); }, kCopy)
-        .def_prop_ro(
-            "dG", [](const D& d) { return array_of(d.dG); }, kCopy)
-        .def_prop_ro(
-            "axes", [](const D& d) { return array_of(d.axes); }, kCopy)
-        .def_prop_ro(
-            "daxes", [](const D& d) { return array_of(d.daxes); }, kCopy)
-        .def_ro("entries", &D::entries);
-    bind_derive_rows(module);
+            "determined", [](const D& d) { return array_of(d.derivation.determined); },
+            nb::rv_policy::automatic)
+        .def_prop_ro("edges", [](const D& d) {
+            std::vector<std::tuple<int, int, int>> found;
+            for (const ModeEdge& e : d.derivation.edges)
+                found.emplace_back(e.kind, e.contact, e.other);
+            return found;
+        });
+    bind_derive(module);
     module.def(
-        "inertia_regressor",
-        [](const Model& model, const Array& q, const Array& x, int body) {
-            check_body(model, body);
-            return array_of(inertia_regressor(model, data_of(q, model.nq, "q"),
-                                              data_of(x, model.nv, "x"), body));
+        "parameter_places",
+        [](const GivenScene& self) {
+            const Parameters p(self.scene);
+            return std::vector<int>{p.q,        p.v,      p.impulses, p.strikes, p.restitution,
+                                    p.friction, p.points, p.normals,  p.masses,  p.count};
         },
-        nb::arg("model"), nb::arg("q"), nb::arg("x"), nb::arg("body"), kCopy,
-        "Return (nv, 10) the derivatives of M x by the inertia of a body.");
-    module.def(
-        "derive_path",
-        [](const Array& W, double before, const Array& free, double e, double mu, int restitution) {
-            const PathDerivative found =
-                derive_path(data_of(W, 9, "W"), before, data_of(free, 3, "free"), e, mu,
-                            static_cast<Restitution>(restitution));
-            return nb::make_tuple(
-                array_of(std::vector<double>(found.impulse, found.impulse + 3)),
-                array_of(std::vector<double>(found.by, found.by + 3 * kPathParameters)),
-                found.edges, found.is_drawn_in);
-        },
-        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("e"), nb::arg("mu"),
-        nb::arg("restitution"),
-        "Return the impulse of one contact along its path, its derivatives by W (t1t1, t1t2, "
-        "t2t2, t1n, t2n, nn), the velocity at the start, that before, e and mu, the edges it is "
-        "on, and whether friction draws the contact in.");
+        nb::arg("scene"), "Where the slopes by each kind of parameter begin.");
 }

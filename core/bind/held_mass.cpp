@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "bind/arrays.hpp"
-#include "laws/dense.hpp"
 
 namespace nb = nanobind;
 
@@ -59,24 +58,12 @@ auto each(const OwnHeldMass& own, const Array& given, Use use) {
     return array_of(x);
 }
 
-// Of points' rows (k, nv): Δv (k, nv) and λ (k, m) of unit impulses, and W (k, k).
 nb::tuple respond(const OwnHeldMass& own, const Array& points) {
     const std::vector<double> rows = columns_of(own, points);
-    const int nv = own.nv, m = own.count, count = static_cast<int>(rows.size()) / std::max(nv, 1);
-    std::vector<double> half = rows, W(count * count), borne(count * m), lacking(m), wanted(m);
-    for (int r = 0; r < count; ++r) own.held->mass().half(half.data() + r * nv);
-    std::vector<double> left = half;
-    own.held->leave_held(half.data(), count, left.data());
-    for (int i = 0; i < count; ++i)
-        for (int j = 0; j < count; ++j)
-            W[i * count + j] = dot(left.data() + i * nv, left.data() + j * nv, nv);
-    for (int r = 0; r < count && m > 0; ++r) {
-        for (int k = 0; k < m; ++k)
-            wanted[k] = -dot(own.held->half() + k * nv, half.data() + r * nv, nv);
-        own.held->rows()->solve(wanted.data(), borne.data() + r * m, lacking.data());
-    }
-    for (int r = 0; r < count; ++r) own.held->mass().rest(left.data() + r * nv);
-    return nb::make_tuple(array_of(left), array_of(borne), array_of(W));
+    std::vector<double> moved, borne, W;
+    own.held->respond(rows.data(), static_cast<int>(rows.size()) / std::max(own.nv, 1), moved,
+                      borne, W);
+    return nb::make_tuple(array_of(moved), array_of(borne), array_of(W));
 }
 
 }  // namespace

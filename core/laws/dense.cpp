@@ -25,15 +25,6 @@ bool factor_lu(double* a, int n, int* pivot) {
     return true;
 }
 
-void solve_lu(const double* lu, const int* pivot, int n, double* x) {
-    for (int k = 0; k < n; ++k) std::swap(x[k], x[pivot[k]]);
-    for (int i = 0; i < n; ++i) x[i] -= dot(lu + i * n, x, i);
-    for (int i = n - 1; i >= 0; --i) {
-        const double* row = lu + i * n;
-        x[i] = (x[i] - dot(row + i + 1, x + i + 1, n - i - 1)) / row[i];
-    }
-}
-
 int factor_pivoted(double* a, int n, int* order, double tolerance) {
     Arena::Scope scope(scratch());
     double* first = scratch().take(n);

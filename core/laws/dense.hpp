@@ -1,6 +1,8 @@
 // Small dense linear algebra, row-major: what contact laws need and no more.
 #pragma once
 
+#include <utility>
+
 #include "arena.hpp"
 
 namespace impulsekit {
@@ -8,8 +10,21 @@ namespace impulsekit {
 // LU with partial pivoting in place; false where a pivot is zero.
 bool factor_lu(double* a, int n, int* pivot);
 
-// Solve with the factors of `factor_lu`, in place.
-void solve_lu(const double* lu, const int* pivot, int n, double* x);
+// Solve with the factors of `factor_lu`, in place; of eight sets of numbers side by side, too.
+template <typename S>
+void solve_lu(const double* lu, const int* pivot, int n, S* x) {
+    const auto take = [&](int i, int from, int to) {
+        S total{};
+        for (int j = from; j < to; ++j) total += lu[i * n + j] * x[j];
+        x[i] -= total;
+    };
+    for (int k = 0; k < n; ++k) std::swap(x[k], x[pivot[k]]);
+    for (int i = 0; i < n; ++i) take(i, 0, i);
+    for (int i = n - 1; i >= 0; --i) {
+        take(i, i + 1, n);
+        x[i] /= lu[i * n + i];
+    }
+}
 
 // Pivoted Cholesky of a symmetric positive semidefinite matrix in place: P A Pᵀ = L Lᵀ, L in the
 // lower triangle of the rows and columns by `order`. Returns the rank: pivots above `tolerance`

@@ -94,7 +94,7 @@ class SolvedImpacts:
                 slopes[i] = slopes_by_differences(scene, m.q, m.v_before)
             else:
                 found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
-                slopes[i] = found.dv_after_dq, found.dv_after_dv
+                slopes[i] = found["v_after", "q"], found["v_after", "v"]
         return slopes
 
     def _with_derivatives(self, x: np.ndarray) -> list[_Solved]:

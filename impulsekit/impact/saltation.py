@@ -135,7 +135,7 @@ def saltation(
     found = derivatives(impact)
     nv = len(impact.v_before)
     reset = np.eye(2 * nv)
-    reset[nv:, :nv], reset[nv:, nv:] = found.dv_after_dq, found.dv_after_dv
+    reset[nv:, :nv], reset[nv:, nv:] = found["v_after", "q"], found["v_after", "v"]
     guard, speed = np.zeros(2 * nv), 0.0
     matrix = reset
     if contact is not None:

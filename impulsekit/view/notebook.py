@@ -230,9 +230,9 @@ def _joint_load(load: JointLoad) -> str:
 
 
 def _derivatives(found: Derivatives) -> str:
-    rows = [["q", *_largest(found.dv_after_dq)], ["v", *_largest(found.dv_after_dv)]]
-    for kind in ("impulse", "restitution", "friction"):
-        own = getattr(found, f"dv_after_d{kind}")
+    rows = [["q", *_largest(found["v_after", "q"])], ["v", *_largest(found["v_after", "v"])]]
+    for kind in ("impulses", "restitution", "friction", "at"):
+        own = found["v_after", kind]
         rows += [[f"{kind} of {name}", *_largest(array)] for name, array in own.items()]
     head = [f"derivatives of v⁺: {found.status.name}", str(found.status.value), *found.edges]
     return as_html([[*head, *_some(["by", "shape", "largest entry"], rows)]])

@@ -26,50 +26,51 @@ def told(impact):
 
 def slopes(scene, q, v, found, rng):
     """Of each parameter its name, the slope of ``told`` along a direction, and that direction."""
-    parts = (*found.contacts.values(), *found.constraints.values())
+    contacts, held = scene.entry_names("contacts"), scene.entry_names("held")
+    parts = [name for name in (*contacts, *held) if name in found.results]
+    of = ["v_after", *parts]
     model = scene.robot.model
+
+    def column(by, d, name=None):
+        tables = [found[one, by] if name is None else found[one, by][name] for one in of]
+        return np.concatenate([table @ d if table.ndim == 2 else table * d for table in tables])
+
     for _ in range(2):
         d = rng.normal(size=len(v))
-        yield "v", np.concatenate([found.dv_after_dv @ d, *(p.dv @ d for p in parts)]), (
-            lambda h, d=d: (scene, q, v + h * d)
-        )  # fmt: skip
-        yield "q", np.concatenate([found.dv_after_dq @ d, *(p.dq @ d for p in parts)]), (
-            lambda h, d=d: (scene, pin.integrate(model, q, h * d), v)
-        )  # fmt: skip
-    for i, (name, blow) in enumerate(
-        zip(scene.entry_names("impulses"), scene.impulses, strict=True)
+        yield "v", column("v", d), lambda h, d=d: (scene, q, v + h * d)
+        yield "q", column("q", d), lambda h, d=d: (scene, pin.integrate(model, q, h * d), v)
+    for group, at, by, field in (
+        ("impulses", "impulses", "impulses", "values"),
+        ("impulses", "impulses", "at", "at"),
+        ("contacts", "contacts", "restitution", "restitution"),
+        ("contacts", "contacts", "friction", "friction"),
+        ("contacts", "contacts", "at", "at"),
+        ("contacts", "contacts", "normal", "normal"),
     ):
-        table = [found.dv_after_dimpulse[name], *(p.dimpulse[name] for p in parts)]
-        d = rng.normal(size=table[0].shape[1])
-
-        def struck(h, i=i, blow=blow, d=d):
-            if isinstance(blow, ik.JointImpulse):
-                other = replace(blow, impulse=np.array(blow.impulse) + h * d)
-            else:
-                numbers = np.array([*blow.linear, *blow.angular]) + h * d
-                other = replace(blow, linear=numbers[:3], angular=numbers[3:])
-            blows = [other if k == i else one for k, one in enumerate(scene.impulses)]
-            return replace(scene, impulses=blows), q, v
-
-        yield name, np.vstack(table) @ d, struck
-    for field in ("restitution", "friction"):
         for i, (name, own) in enumerate(
-            zip(scene.entry_names("contacts"), scene.contacts, strict=True)
+            zip(scene.entry_names(group), getattr(scene, group), strict=True)
         ):
             value = getattr(own, field, 0.0)
-            if callable(value) or not 0.0 < value < 1.0 + (field == "friction") * 9.0:
+            is_plain = field not in ("restitution", "friction") or (
+                not callable(value) and 0.0 < value < 1.0 + (field == "friction") * 9.0
+            )
+            if not is_plain or name not in found["v_after", by]:
                 continue
-            if name not in getattr(found, f"dv_after_d{field}"):
-                continue
-            table = [getattr(found, f"dv_after_d{field}")[name]]
-            table += [getattr(p, f"d{field}")[name] for p in parts]
+            shape = found["v_after", by][name].shape[1:]
+            d = rng.normal(size=shape) if shape else 1.0
 
-            def other(h, i=i, own=own, field=field, value=value):
-                changed = replace(own, **{field: value + h})
-                contacts = [changed if k == i else one for k, one in enumerate(scene.contacts)]
-                return replace(scene, contacts=contacts), q, v
+            def changed(h, i=i, own=own, field=field, value=value, d=d, at=at, shape=shape):
+                more = np.array(value) + h * d
+                if isinstance(own, ik.JointImpulse):
+                    other = replace(own, impulse=more)
+                elif field == "values":
+                    other = replace(own, linear=more[:3], angular=more[3:])
+                else:
+                    other = replace(own, **{field: more if shape else float(more)})
+                entries = [other if k == i else one for k, one in enumerate(getattr(scene, at))]
+                return replace(scene, **{at: entries}), q, v
 
-            yield f"{field} of {name}", np.concatenate(table), other
+            yield f"{by} of {name}", column(by, d, name), changed
 
 
 def assert_true(scene, q, v, bar=1e-6, step=1e-4, *, shares=None):
@@ -81,7 +82,7 @@ def assert_true(scene, q, v, bar=1e-6, step=1e-4, *, shares=None):
     impact = ik.solve(scene, q, v)
     found = ik.derivatives(impact)
     assert found.status.exists, found.edges
-    missing = set(scene.entry_names("contacts")) - set(found.contacts)
+    missing = set(scene.entry_names("contacts")) - set(found.results)
     for name, ours, change in slopes(scene, q, v, found, np.random.default_rng(0)):
         truth = by_differences(lambda h, change=change: told(ik.solve(*change(h))), step)
         if missing:

@@ -82,7 +82,7 @@ def test_derivatives_of_a_blow_on_what_rests(restitution, count):
     steps = 1e-6 * np.eye(solo.nv)
     slopes = np.column_stack([(after(step) - after(-step)) / 2e-6 for step in steps])
     assert found.status.name == "EXISTS"
-    np.testing.assert_allclose(found.dv_after_dv, slopes, atol=1e-7)
+    np.testing.assert_allclose(found["v_after", "v"], slopes, atol=1e-7)
 
 
 @pytest.mark.parametrize("friction", [(0.9, 0.3), ik.FrictionTable([0.0, 1e-6], [0.9, 0.3])])

@@ -1,11 +1,10 @@
-"""How an answer changes with the state, the blows and the coefficients.
+"""How an answer changes with the state, the blows, the coefficients and the points.
 
-scene ─► workspace (tree, pairs) ─┐
-impact ─► modes ──────────────────┴► stages ─► Derivatives
+The core makes an impact linear in its modes; here are the face of that for one impact, and words.
 """
 
 from .derive import derivatives
-from .result import Derivatives, ImpulseDerivatives
+from .result import Derivatives
 from .status import DerivativeStatus
 
-__all__ = ["DerivativeStatus", "Derivatives", "ImpulseDerivatives", "derivatives"]
+__all__ = ["DerivativeStatus", "Derivatives", "derivatives"]

@@ -1,46 +1,100 @@
-"""Impacts that have no derivatives of this kind."""
+"""Words for what has no derivatives of this kind, and for the edges of modes."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from ...errors import InputError
 from ...scene.coefficients import is_plain
 from ...scene.contacts import turns
-from ..result import Impact
 
-__all__ = ["refuse_what_has_none"]
+if TYPE_CHECKING:
+    from ...scene import Scene
+    from ..result import Impact
+
+__all__ = ["edge_words", "refuse_what_has_none", "refuse_what_was_not_found"]
+
+# As ``core/derivatives.cpp`` numbers them; {other} is another contact.
+_EDGES = (
+    "it hardly presses and hardly parts",
+    "it sticks with its impulse at the edge of the cone",
+    "it hardly slips",
+    "its impulse is out of all proportion to what it moves",
+    "its approach speed is at a point of its restitution table",
+    "its approach speed is at the capture speed",
+    "it hardly approaches, where restitution sets in",
+    "{other} approaches just as fast",
+    "it hardly approaches or hardly parts",
+    "what has stuck is at the edge of its cone",
+    "slip ends just as the compression or the impact does",
+    "it hardly slips when it meets",
+)
+# As ``core/derivatives.hpp`` numbers what is not differentiated; {name} is a contact.
+_UNAVAILABLE = (
+    "",
+    "friction holds all that moves, or draws the contact in again (Painlevé); there the impulse "
+    "has no derivative of this kind",
+    "the contacts are hit more than 2000 times one after the other, which is not differentiated; "
+    'use Law(order="simultaneous")',
+    "several contacts without friction act on each other beside others whose slip is followed "
+    "along the path; put bodies that have nothing to do with each other into scenes of their own, "
+    'or use slip="end"',
+    "{name}: how the point moves at which its bodies meet is not known in closed form (of two "
+    "balls, and of a corner, ball or capsule's end on a flat face of a polytope, it is); give it "
+    "as a Contact",
+    "the compression of this impact has no solution",
+    "of scenes with a GapConstraint or a GapContact they are not available: they would take second "
+    "derivatives of its functions",
+    "the mass matrix is singular, and the constraints do not make up for it",
+)
 
 
-def refuse_what_has_none(impact: Impact) -> None:
-    """Refuse what is not differentiated here.
+def edge_words(scene: Scene, kind: int, contact: int, other: int) -> str:
+    """Return a sentence for an edge that the core found."""
+    names = scene.entry_names("contacts")
+    return f"{names[contact]}: {_EDGES[kind].format(other=names[other])}"
+
+
+def refuse_what_has_none(scene: Scene) -> None:
+    """Refuse scenes that are not differentiated.
 
     Raises:
         InputError: it says what, and what to do instead.
     """
-    if impact.scene.law.restitution == "lzb" and impact.scene.contacts:
+    if scene.law.restitution == "lzb" and scene.contacts:
         raise InputError(
             'derivatives: not available for restitution="lzb", where contacts part and close '
             "again as waves meet; use finite differences of solve"
         )
-    if any(getattr(contact, "adhesion", 0.0) for contact in impact.scene.contacts):
+    if any(getattr(contact, "adhesion", 0.0) for contact in scene.contacts):
         raise InputError(
             "derivatives: not available for contacts with adhesion; where they hold, use a "
             "PointAnchor or FrameAnchor instead, or finite differences of solve"
         )
-    if any(map(turns, impact.scene.contacts)):
+    if any(map(turns, scene.contacts)):
         raise InputError(
             "derivatives: not available for contacts with rolling or torsion; use finite "
             "differences of solve"
         )
-    if not all(is_plain(getattr(c, "friction", 0.0)) for c in impact.scene.contacts):
+    if not all(is_plain(getattr(c, "friction", 0.0)) for c in scene.contacts):
         raise InputError(
             "derivatives: not available for friction other than a number; use finite differences "
             "of solve"
         )
+
+
+def refuse_what_was_not_found(impact: Impact, why: int = 0, contact: int = -1) -> None:
+    """Refuse an impact without a valid solution, and what the core could not differentiate.
+
+    Raises:
+        InputError: it says what.
+    """
+    if why:
+        name = impact.scene.entry_names("contacts")[contact] if contact >= 0 else ""
+        raise InputError(f"derivatives: {_UNAVAILABLE[why].format(name=name)}")
     outcome = impact.outcome
-    if outcome is None or outcome.contacts is None:
-        return
     # Others that obey the law as well do not matter here: the derivatives are of the v⁺ shown.
-    if not impact.status.obeys_law:
+    if outcome is not None and outcome.contacts is not None and not impact.status.obeys_law:
         raise InputError(
             f"derivatives: the impact has no valid solution. {impact.describe_status()}"
         )

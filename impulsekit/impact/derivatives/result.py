@@ -2,76 +2,193 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
-from ...display import Displayed, OneLine
+from ..._core import parameter_places
+from ...display import Displayed
+from ...errors import UnknownNameError
 from ...robot.arrays import read_only
+from ...scene import AppliedImpulse, Contact, JointStop
+from ..flat.model import widest_core
 from .status import DerivativeStatus
 
 if TYPE_CHECKING:
+    from ..._core import Derivation
+    from ...scene import Scene
+    from ..flat.scene import FlatScene
     from ..result import Impact
 
-__all__ = ["Derivatives", "ImpulseDerivatives"]
+__all__ = ["PARAMETERS", "Derivatives", "Layout"]
+
+# What derivatives can be taken by, in one impact and in batches.
+PARAMETERS = ("q", "v", "impulses", "restitution", "friction", "at", "normal")
+ByName: TypeAlias = Mapping[str, np.ndarray]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ImpulseDerivatives(OneLine):
-    """Derivatives of the impulse p (k,) of one constraint or contact; arrays are read-only.
+class Layout:
+    """Where the results and the parameters of a scene stand in the core's rows and columns.
 
-    Rows and axes are those of the result: a constraint's own rows, a contact's world axes.
-    NaN where the impulse shares its load with redundant ones and is not determined.
+    It does not hold the scene.
 
     Attributes:
-        dq, dv: (k, nv) by the configuration (on its tangent) and by v⁻.
-        dimpulse: by impulse of the scene, (k, 6), or (k, n) for one in a joint.
-        drestitution, dfriction: by contact, (k,).
+        starts: of each kind of parameter its first column: those of the core in their order.
+        columns: by parameter its columns: a slice, or by the name of an entry.
+        struck: the names of known impulses, which are there whatever touches.
+        rows: by result its rows: "v_after", and each constraint and contact by name.
+        count: how many rows there are.
     """
 
-    dq: np.ndarray
-    dv: np.ndarray
-    dimpulse: Mapping[str, np.ndarray]
-    drestitution: Mapping[str, np.ndarray]
-    dfriction: Mapping[str, np.ndarray]
+    def __init__(self, scene: Scene, flat: FlatScene) -> None:
+        kinds = ("q", "v", "impulses", "strikes", "restitution", "friction", "points", "normals")
+        places = parameter_places(flat.core)
+        self.starts = dict(zip((*kinds, "masses", "end"), places, strict=True))
+        at, nv, rows = self.starts, scene.robot.nv, len(flat.names)
+        blows, contacts = scene.entry_names("impulses"), scene.entry_names("contacts")
+        self.order = at["impulses"] + np.argsort(np.array(flat.order, dtype=int))
+        sizes = np.cumsum([len(entry.values) for entry in scene.impulses])
+        placed = [
+            name
+            for name, entry in zip(blows, scene.impulses, strict=True)
+            if isinstance(entry, AppliedImpulse)
+        ]
+        planes = {i: n for i, n in enumerate(contacts) if isinstance(scene.contacts[i], Contact)}
+
+        def threes(kind: str, names: Mapping[int, str]) -> dict[str, slice]:
+            return {n: slice(at[kind] + 3 * i, at[kind] + 3 * i + 3) for i, n in names.items()}
+
+        self.columns: dict[str, Any] = {
+            "q": slice(at["q"], at["v"]),
+            "v": slice(at["v"], at["impulses"]),
+            "impulses": dict(zip(blows, np.split(self.order, sizes[:-1]), strict=False)),
+            "restitution": {n: at["restitution"] + i for i, n in enumerate(contacts)},
+            "friction": {n: at["friction"] + i for i, n in enumerate(contacts)},
+            "at": {**threes("strikes", dict(enumerate(placed))), **threes("points", planes)},
+            "normal": threes("normals", planes),
+        }
+        self.struck = frozenset(blows)
+        self.rows = {"v_after": slice(0, nv)}
+        for name, where in zip(scene.entry_names("held"), flat.slices, strict=True):
+            self.rows[name] = slice(nv + where.start, nv + where.stop)
+        for i, (name, entry) in enumerate(zip(contacts, scene.contacts, strict=True)):
+            first = nv + rows + 3 * i
+            self.rows[name] = slice(first, first + (1 if isinstance(entry, JointStop) else 3))
+        self.count = nv + rows + 3 * len(contacts)
+        self._weights: dict[str, np.ndarray] = {}
+        self.contacts = slice(nv + rows, self.count)
+
+    def pulled(self, found: Derivation, of: str) -> np.ndarray:
+        """(k, columns) the derivatives of one result by all parameters."""
+        weights = self._weights.get(of)
+        if weights is None:
+            weights = self._weights[of] = np.eye(self.count)[self.rows[of]]
+        table: np.ndarray = widest_core().pull_back(found, weights)
+        return table
+
+    def part(self, table: np.ndarray, by: str, touched: Container[str]) -> np.ndarray | ByName:
+        """The columns of one kind of parameter, of contacts those that touch."""
+        where = self.columns[by]
+        if isinstance(where, slice):
+            return table[:, where]
+        parts = {n: table[:, c] for n, c in where.items() if n in self.struck or n in touched}
+        for array in parts.values():
+            array.setflags(write=False)
+        return MappingProxyType(parts)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Derivatives(Displayed):
     """Derivatives of v⁺ and of all impulses of an impact; arrays are read-only.
 
-    A change of the configuration is δ (nv,) on its tangent, q ⊕ δ as Pinocchio's
-    ``integrate`` has it, along the same directions as v.
+    ``found["v_after", "q"]`` is ∂v⁺/∂q. The first name is "v_after", or that of a constraint or
+    of a contact that touches, for its impulse p (k,) in the rows and axes of the result: a
+    constraint's own rows, a contact's world axes. The second says by what:
+
+    - "q", "v": (k, nv) by the configuration and by v⁻. A change of the configuration is δ (nv,)
+      on its tangent, q ⊕ δ as Pinocchio's ``integrate`` has it, along the directions of v.
+    - "impulses": by known impulse, (k, 6) linear before angular in the axes of the impulse, or
+      (k, n) for one in a joint with n degrees of freedom.
+    - "restitution", "friction": by contact that touches, (k,); a restitution that changes with
+      speed is shifted as a whole. NaN for one of several redundant contacts, whose coefficients
+      can change only together.
+    - "at": by known impulse and by contact on a plane that touches, (k, 3) by its point, in the
+      coordinates of its frame.
+    - "normal": by contact on a plane that touches, (k, 3) in the coordinates of ``against``;
+      a change along the normal changes nothing.
+
+    An impulse that shares its load with redundant ones is not determined: NaN.
 
     Attributes:
         impact: the answer that they belong to.
         status: whether they exist; look at ``status.exists`` first.
         edges: what is on the edge of its mode, a sentence each.
-        dv_after_dq, dv_after_dv: (nv, nv).
-        dv_after_dimpulse: by impulse of the scene, (nv, 6) linear before angular in the
-            axes of the impulse, or (nv, n) for one in a joint with n degrees of freedom.
-        dv_after_drestitution, dv_after_dfriction: by contact that touches, (nv,); a
-            restitution that changes with speed is shifted as a whole. NaN for one of
-            several redundant contacts, whose coefficients can change only together.
-        constraints, contacts: by entry, the same for its impulse; contacts that touch.
     """
 
     impact: Impact = field(repr=False)
     status: DerivativeStatus
     edges: tuple[str, ...]
-    dv_after_dq: np.ndarray
-    dv_after_dv: np.ndarray
-    dv_after_dimpulse: Mapping[str, np.ndarray]
-    dv_after_drestitution: Mapping[str, np.ndarray]
-    dv_after_dfriction: Mapping[str, np.ndarray]
-    constraints: Mapping[str, ImpulseDerivatives]
-    contacts: Mapping[str, ImpulseDerivatives]
+    _layout: Layout = field(repr=False)
+    _found: Derivation = field(repr=False)
     _by_inertia: Callable[[int], np.ndarray] = field(repr=False)
+    _tables: dict[str, np.ndarray] = field(repr=False, default_factory=dict)
 
-    def dv_after_dinertia(self, joint: str) -> np.ndarray:
-        """(nv, 10) by the inertia of the body behind a joint.
+    @property
+    def results(self) -> tuple[str, ...]:
+        """The results that were differentiated: "v_after", constraints, contacts that touch."""
+        names, touched = self.impact.scene.entry_names("contacts"), self._touched
+        return tuple(name for name in self._layout.rows if name not in names or name in touched)
+
+    @property
+    def _touched(self) -> frozenset[str]:
+        outcome, names = self.impact.outcome, self.impact.scene.entry_names("contacts")
+        return frozenset(names[t.entry] for t in (() if outcome is None else outcome.touches))
+
+    @overload
+    def __getitem__(self, key: tuple[str, Literal["q", "v"]]) -> np.ndarray: ...
+
+    @overload
+    def __getitem__(
+        self,
+        key: tuple[str, Literal["impulses", "restitution", "friction", "at", "normal"]],
+    ) -> ByName: ...
+
+    @overload
+    def __getitem__(self, key: tuple[str, str]) -> Any: ...
+
+    def __getitem__(self, key: tuple[str, str]) -> Any:
+        """Return ∂ of the first by the second: an array, or arrays by name."""
+        of, by = key
+        if by not in PARAMETERS:
+            raise UnknownNameError.among("parameter", str(by), PARAMETERS)
+        table = self._tables.get(of)
+        if table is None:
+            if of != "v_after" and of not in self.results:
+                raise UnknownNameError.among("result", str(of), self.results)
+            table = self._tables[of] = self._table(of)
+        return self._layout.part(table, by, self._touched)
+
+    def _table(self, of: str) -> np.ndarray:
+        """(k, columns) NaN where an impulse is not determined."""
+        table = self._layout.pulled(self._found, of)
+        outcome, scene = self.impact.outcome, self.impact.scene
+        if of in scene.entry_names("held"):
+            where, nv = self._layout.rows[of], scene.robot.nv
+            determined = self._found.determined[where.start - nv : where.stop - nv]
+            table[determined == 0.0] = np.nan
+        elif of != "v_after" and outcome is not None and outcome.contacts is not None:
+            names, unique = scene.entry_names("contacts"), outcome.contacts.unique
+            for touch, own in zip(outcome.touches, () if unique is None else unique, strict=False):
+                if names[touch.entry] == of and not own:
+                    table[:] = np.nan
+        table.setflags(write=False)
+        return table
+
+    def by_inertia(self, joint: str) -> np.ndarray:
+        """(nv, 10) ∂v⁺ by the inertia of the body behind a joint.
 
         Its parameters are those of ``pinocchio.Inertia.toDynamicParameters``: m, m c (3),
         then I_xx, I_xy, I_yy, I_xz, I_yz, I_zz about the joint's origin, in its frame.
@@ -79,5 +196,4 @@ class Derivatives(Displayed):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        found = self._by_inertia(self.impact.scene.robot.joint_id(joint))
-        return read_only(found)
+        return read_only(self._by_inertia(self.impact.scene.robot.joint_id(joint)))

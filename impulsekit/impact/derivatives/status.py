@@ -1,4 +1,4 @@
-"""Whether an impact has derivatives."""
+"""``DerivativeStatus``: whether an impact has derivatives."""
 
 from __future__ import annotations
 
@@ -26,6 +26,11 @@ class DerivativeStatus(enum.Enum):
         "Poisson's law). Entries without a derivative are NaN. Remove the rows that repeat others, "
         "or lower the friction."
     )
+    NOT_AVAILABLE = (
+        "Not available: friction draws a contact in again along its path, a contact is hit without "
+        "end, the point at which bodies meet does not move in closed form, or rows are functions."
+    )
+    NO_IMPACT = "Not valid: the impact of this row has no valid solution; see its status."
 
     @property
     def exists(self) -> bool:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..._core import ContactLaw
+from ...errors import InputError
 from ...scene import Restitution, RestitutionTable
 from ...scene.coefficients import restitution_at, static_friction
+from ...scene.functions import call
 from ..contact_law import friction_models, law_codes
 
 if TYPE_CHECKING:
@@ -33,15 +38,24 @@ def contact_law(scene: Scene) -> ContactLaw:
 
 
 def _restitution(value: Any, what: str) -> tuple[Any, ...]:
-    """Value, capture speed, speeds and values of a table, and a function of the speed."""
+    """Value, capture speed, speeds and values of a table, a function of the speed, its slope."""
     if isinstance(value, Restitution):
-        return value.value, value.capture_speed, [], [], None
+        return value.value, value.capture_speed, [], [], None, None
     if isinstance(value, RestitutionTable):
-        return 0.0, 0.0, list(value.speeds), list(value.values), None
+        return 0.0, 0.0, list(value.speeds), list(value.values), None, None
     if callable(value):
-        return 0.0, 0.0, [], [], partial(_at, value, what)
-    return float(value), 0.0, [], [], None
+        slope = getattr(value, "derivative", None)
+        own = partial(_slope_at, slope, what) if callable(slope) else None
+        return 0.0, 0.0, [], [], partial(_at, value, what), own
+    return float(value), 0.0, [], [], None, None
 
 
 def _at(value: Any, what: str, speed: float) -> float:
     return restitution_at(value, speed, what)
+
+
+def _slope_at(slope: Any, what: str, speed: float) -> float:
+    found = call(slope, f"{what}: derivative", speed)
+    if not isinstance(found, int | float | np.floating) or not math.isfinite(found):
+        raise InputError(f"{what}: the derivative of its restitution is {found!r}, no number")
+    return float(found)
