@@ -43,7 +43,7 @@ _UNAVAILABLE = (
     "balls, and of a corner, ball or capsule's end on a flat face of a polytope, it is); give it "
     "as a Contact",
     "the compression of this impact has no solution",
-    "of scenes with a GapConstraint or a GapContact they are not available: they would take second "
+    "not available for scenes with a GapConstraint or a GapContact: they would take second "
     "derivatives of its functions",
     "the mass matrix is singular, and the constraints do not make up for it",
 )
