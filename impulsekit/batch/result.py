@@ -45,8 +45,8 @@ def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
     if name == "gaps":
         return (len(scene.contacts),)
     if name == "constraint_impulses":
-        said = (rows_of_entry(scene.robot, entry) for entry in scene.held)
-        return (sum(len(rows.labels) for rows in said),)
+        held = (rows_of_entry(scene.robot, entry) for entry in scene.held)
+        return (sum(len(rows.labels) for rows in held),)
     if name == "reactions":
         return (scene.robot.model.njoints - 1, 6)
     if name == "bodies":

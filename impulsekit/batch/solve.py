@@ -51,7 +51,7 @@ def solve_batch(
     Arguments that vary have a leading axis of length B; the others apply to all rows. The
     results equal those of ``solve``: rows and laws are the same code. What has to be found in
     Python (functions of the configuration, points of bodies other than balls) is found row by
-    row; ``plan`` of the result tells.
+    row; ``plan`` of the result says which.
 
     Args:
         scene: the robot, its impulses, constraints and contacts, and the law of contact.

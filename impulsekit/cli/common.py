@@ -31,7 +31,7 @@ def is_terminal(stream: TextIO | None) -> bool:
 def bar_on_terminal(unit: str, **options: Any) -> Callable[[float, float], None] | None:
     """A function of what is done and how much there is; None where stderr is no terminal.
 
-    A bar closes when all is done; what is told after that begins another one. ``options`` are
+    A bar closes when all is done; what is reported after that begins another one. ``options`` are
     those of tqdm.
     """
     if not is_terminal(sys.stderr):
@@ -40,14 +40,14 @@ def bar_on_terminal(unit: str, **options: Any) -> Callable[[float, float], None]
 
     bars: list[Any] = []
 
-    def tell(done: float, total: float) -> None:
+    def show(done: float, total: float) -> None:
         if not bars:
             bars.append(tqdm(total=total, unit=f" {unit}", leave=False, **options))
         bars[0].update(done - bars[0].n)
         if done >= total:
             bars.pop().close()
 
-    return tell
+    return show
 
 
 json_option = click.option(

@@ -39,9 +39,9 @@ def design(file: str, json_to: str | None, plot_to: str | None, plane: str | Non
     scene_file = load_scene(file)
     if not scene_file.design:
         raise InputError(f"{file}: there are no [[design.points]] in it")
-    told = design_as_dict(scene_file.scene, scene_file.q, scene_file.design)
-    if write_json({"scene_file": file, "points": told}, json_to):
-        click.echo(design_as_text(told), nl=False)
+    report = design_as_dict(scene_file.scene, scene_file.q, scene_file.design)
+    if write_json({"scene_file": file, "points": report}, json_to):
+        click.echo(design_as_text(report), nl=False)
     if plot_to is not None:
         _draw(scene_file, plane, plot_to)
 
@@ -176,10 +176,10 @@ def _as_text(found: Fit, count: int, level: float) -> str:
     for name, value, (low, high) in zip(
         found.names, found.values.tolist(), found.intervals(level).tolist(), strict=True
     ):
-        told = f"{low:.5g} to {high:.5g}"
+        interval = f"{low:.5g} to {high:.5g}"
         if not math.isfinite(high - low):
-            told = "not seen"
-        lines.append(f"{name:{width}}   {value:10.5g}   {told:>23}")
+            interval = "not seen"
+        lines.append(f"{name:{width}}   {value:10.5g}   {interval:>23}")
     lines.append("")
     if not found.sigma_given:
         lines.append(f"noise of a speed, from the residuals: {found.noise:.3g} (m/s, rad/s)")

@@ -91,7 +91,7 @@ def _show_warnings_once() -> None:
 
 
 def _message(error: ImpulsekitError | OSError) -> str:
-    """An error in words; what the system says of a file, without its number."""
+    """An error in words; the system's reason without its number."""
     if isinstance(error, ImpulsekitError) or not error.filename:
         return str(error)
     return f"{shown(str(error.filename), 200)}: {reason_of(error)}"

@@ -118,8 +118,8 @@ def simulate(
     scene_file = load_scene(file)
     settings = scene_file.motion or MotionSettings()
     settings = settings.changed(**{k: x for k, x in given.items() if x not in (None, ())})
-    tell = None if quiet else bar_on_terminal("s", delay=0.5, bar_format=BAR)
-    progress = None if tell is None else lambda t: tell(t, settings.duration)
+    show = None if quiet else bar_on_terminal("s", delay=0.5, bar_format=BAR)
+    progress = None if show is None else lambda t: show(t, settings.duration)
     motion = simulate_motion(
         scene_file.scene, scene_file.q, scene_file.v, settings=settings, progress=progress
     )

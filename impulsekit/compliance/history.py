@@ -199,8 +199,8 @@ class ForceHistory(OneLine):
 def force_history(impact: Impact, curve: Curve, contact: str | int | None = None) -> ForceHistory:
     """The force of a contact over time, from the impulse that the law of impact gave it.
 
-    A rigid impact tells the impulse P, the velocities before and after, and the work; how force
-    grows with indentation tells how long that takes, how deep it goes, and the largest force.
+    A rigid impact gives the impulse P, the velocities before and after, and the work; how force
+    grows with indentation determines how long that takes, how deep it goes, and the largest force.
     The impulse, both velocities and the restitution of the impact are kept.
 
     Args:

@@ -24,7 +24,7 @@ from .response import Response, unit_vector
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# [m] Points nearer than this are one: coordinates of robots are told to micrometres.
+# [m] Points nearer than this are one: coordinates of robots are given to micrometres.
 ONE_POINT = 1e-12
 # What a joint bears changes along a line by less than this share of itself: by rounding alone.
 UNMOVED = 1e-12

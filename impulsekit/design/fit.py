@@ -46,7 +46,7 @@ INSIDE = 1e-6
 CONVERGED = 1e-12
 # [of the largest] An eigenvalue below minus this is negative, and not a rounded 0.
 INDEFINITE = 1e-9
-# [of the square of a direction] Parameters with more than this in what no measurement tells.
+# [of the square of a direction] Parameters with more than this in what no measurement determines.
 BLIND = 1e-6
 
 # Weights and values follow from each other in so many rounds at most, or until values settle.

@@ -54,9 +54,9 @@ MISFIT = 1e-4
 # A measurement is off the others where its residuals are, in the root mean square, so many times
 # the median of all; of normal noise one in 10^6 is.
 OFF = 6.0
-# So many measurements at least tell what is typical; below this [m/s, or sigmas] all is rounding.
+# Fewer measurements have no typical size; below this [m/s, or sigmas] all is rounding.
 FEWEST, EXACT = 5, 1e-9
-# So many measurements more than parameters tell how far measurements differ.
+# So many measurements more than parameters determine how far measurements differ.
 FEWEST_TO_SPREAD = 3
 # Squares of singular values below this share of the largest are of what is not seen.
 SINGULAR = 1e-18
@@ -122,7 +122,7 @@ def spread_of_measurements(
 
     The jackknife of least squares (MacKinnon & White 1985; Bell & McCaffrey 2002): noise of v⁻
     goes through the impact, so that the numbers of one measurement are off together. 0 where
-    measurements are too few to tell.
+    measurements are too few to determine it.
     """
     count = len(counts)
     if count < jacobian.shape[1] + FEWEST_TO_SPREAD:

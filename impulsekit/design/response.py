@@ -26,7 +26,7 @@ from ..scene.numbers import vector
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# A vector shorter than this is a zero that was rounded, and tells no direction.
+# A vector shorter than this is a zero that was rounded, and has no direction.
 NO_DIRECTION = 1e-9
 
 
@@ -60,7 +60,7 @@ class Response:
     def point_mobility(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(3, 3) G = J H Jᵀ, and (3, 3) the same of the robot that nothing holds.
 
-        G is told from rounding by the second, which is of the size |J|²/m of what cancels.
+        G is compared with the second for rounding, which is of the size |J|²/m of what cancels.
         """
         held = jacobian @ self.mobility @ jacobian.T
         return held, jacobian @ self._loose @ jacobian.T

@@ -131,20 +131,20 @@ def _plain(name: str) -> str:
 
 
 def design_as_dict(scene: Scene, q: Any, points: Iterable[DesignPoint]) -> list[dict[str, Any]]:
-    """By point, everything that is told of it, ready for JSON; world axes, SI units.
+    """Return the design measures of each point, ready for JSON; world axes, SI units.
 
-    An effective mass without end, where nothing moves, is None.
+    An infinite effective mass, where nothing moves, is None.
 
     Raises:
         As ``impact_ellipsoid`` and ``spare_joint``; InputError: ``until`` without ``joint``.
     """
-    told: list[dict[str, Any]] = plain([_of(scene, q, point) for point in points])
-    return told
+    report: list[dict[str, Any]] = plain([_of(scene, q, point) for point in points])
+    return report
 
 
 def _of(scene: Scene, q: Any, point: DesignPoint) -> dict[str, Any]:
     found = impact_ellipsoid(scene, q, point.frame, point.at)
-    told: dict[str, Any] = {
+    report: dict[str, Any] = {
         "point": point.title,
         "frame": point.frame,
         "at": list(point.at),
@@ -155,20 +155,20 @@ def _of(scene: Scene, q: Any, point: DesignPoint) -> dict[str, Any]:
         ],
     }
     if point.direction is not None:
-        told["direction"] = list(point.direction)
-        told["effective_mass"] = found.effective_mass(point.direction)
+        report["direction"] = list(point.direction)
+        report["effective_mass"] = found.effective_mass(point.direction)
     if point.joint is None:
         if point.until is not None:
             raise InputError(
                 f"{point.title}: until is an end of the line on which a joint is "
                 "spared; name the joint"
             )
-        return told
-    told["joint"] = point.joint
+        return report
+    report["joint"] = point.joint
     for kind, unit in (("force", "worst_force"), ("couple", "worst_couple")):
         worst = worst_blow(scene, q, point.joint, point.frame, point.at, kind=kind)
-        told[unit] = {"direction": worst.direction.tolist(), "share": worst.share}
-        told[unit.replace("worst", "kindest")] = {
+        report[unit] = {"direction": worst.direction.tolist(), "share": worst.share}
+        report[unit.replace("worst", "kindest")] = {
             "direction": worst.kindest.tolist(),
             "share": worst.kindest_share,
         }
@@ -176,19 +176,19 @@ def _of(scene: Scene, q: Any, point: DesignPoint) -> dict[str, Any]:
         spared = spare_joint(
             scene, q, point.joint, point.frame, point.at, point.until, point.direction
         )
-        told["spared"] = {
+        report["spared"] = {
             "at": spared.at.tolist(),
             "along": spared.along,
             "direction": spared.direction.tolist(),
             "share": spared.share,
         }
-    return told
+    return report
 
 
-def design_as_text(told: list[dict[str, Any]]) -> str:
-    """The same for people; what ``design_as_dict`` gives."""
+def design_as_text(report: list[dict[str, Any]]) -> str:
+    """Return the same as text."""
     lines: list[str] = []
-    for item in told:
+    for item in report:
         lines += [f"{item['point']}, at {_vector(item['position'])} m in the world", ""]
         lines.append("  effective mass [kg]   along (world axes)")
         if "effective_mass" in item:

@@ -21,7 +21,7 @@ from .recording import Recording
 from .recording_checks import turns_of
 from .segments import ROUNDING, flights_with_noise
 
-# Shorter flights tell next to nothing of their acceleration [samples].
+# Shorter flights determine next to nothing of their acceleration [samples].
 SHORTEST = 8
 # Samples next to an impact are smeared by filters.
 TRIMMED = 1
@@ -91,8 +91,8 @@ class Calibration(OneLine):
         """(2,) or (2, n) ends by name; NaN for what is not determined.
 
         Deviations are of few recordings (jackknife), so that Student's quantiles hold where free
-        fall tells a value. Floor and sensor offset have several unknowns for few rests, which makes
-        a jackknife's deviation larger by as much (Efron & Stein 1981): normal quantiles hold there.
+        fall determines a value. Floor and sensor offset have several unknowns for few rests, which
+        makes a jackknife's deviation larger (Efron & Stein 1981): normal quantiles hold there.
 
         Raises:
             RangeError: the level is not between 0 and 1.
@@ -166,7 +166,7 @@ class Calibration(OneLine):
         """
         from scipy import stats
 
-        # As improbable by chance as three deviations are that many recordings tell.
+        # As improbable by chance as three deviations are that many recordings make it.
         chance = stats.norm.sf(SURE)
         factor = stats.t.isf(chance, self.recordings - 1) if self.recordings > 1 else SURE
         sure = _is_sure(self.mass_centre, self.sigma["mass_centre"] * factor / SURE)
@@ -198,17 +198,17 @@ class Calibration(OneLine):
             own = zip(axes or ("",), np.atleast_1d(values), np.atleast_1d(deviations), strict=True)
             for axis, value, deviation in own:
                 title = f"{name.replace('_', ' ')} {axis}"
-                told = f"{value * factor:10.4g} ± {deviation * factor:.2g} {unit}".rstrip()
-                lines.append(f"{title:16} {told if np.isfinite(deviation) else 'not determined'}")
+                text = f"{value * factor:10.4g} ± {deviation * factor:.2g} {unit}".rstrip()
+                lines.append(f"{title:16} {text if np.isfinite(deviation) else 'not determined'}")
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
 
 def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Calibration:
     """Find how recordings of a free body or robot differ from the world of a scene.
 
-    Free fall tells the scale of lengths, the vertical, the lag of recorded velocities and where
-    the recorded point is on the body: c(t) = c₀ + v₀ t + a t²/2 + R(t) d by least squares over
-    all flights. Bodies at rest tell the floor.
+    Free fall gives the scale of lengths, the vertical, the lag of recorded velocities and where the
+    recorded point is on the body: c(t) = c₀ + v₀ t + a t²/2 + R(t) d by least squares over
+    all flights. Bodies at rest determine the floor.
 
     Args:
         recordings: of a robot whose root is a free-flyer, in flight for eight samples or more.
@@ -260,12 +260,12 @@ def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Cali
     tilt = axes[:, :2].T @ fall.acceleration / (scale * size)
     lag = _lag(several, flights, fall.acceleration)
     floor = fitted_floor(several, scene, scale)
-    # What rests do not tell for sure is taken for the mass centre's, not for the sensor's.
+    # What rests do not determine for sure is taken for the mass centre's, not for the sensor's.
     sure = _is_sure(floor.values[3:], floor.sigma[3:])
     own = np.where(sure, floor.values[3:], 0.0)
     notes = list(floor.notes)
     if len(several) < 2:
-        notes.append("one recording alone tells no uncertainty; give several")
+        notes.append("one recording alone determines no uncertainty; give several")
     sigma = {
         "length_scale": _deviation(along, spread) / size,
         "gravity_tilt": np.array([_deviation(axis, spread) for axis in axes[:, :2].T])

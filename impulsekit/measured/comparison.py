@@ -24,7 +24,7 @@ from ..tolerances import NONZERO
 PERCENTILES = (10.0, 50.0, 90.0)
 # A speed this near to the next [share of the fastest] is no point of its own.
 TOO_NEAR = 0.05
-# Impacts whose speeds tell the percentiles; more change them by little.
+# Impacts whose speeds determine the percentiles; more change them by little.
 MOST_LOOKED_AT = 200
 
 
@@ -142,12 +142,12 @@ def _speeds(measurements: Sequence[Measurement]) -> tuple[float, ...]:
 
 # Impacts for each fold at least, to fit and to be held against.
 FEWEST_A_FOLD = 2
-# Resamples tell a probability to some 0.01.
+# Resamples determine a probability to some 0.01.
 RESAMPLES = 4000
 # A table lists so many coefficients of a law.
 MOST_SHOWN = 8
-# A law as good as the best one with more than this probability is not told apart from it.
-NOT_TOLD_APART = 0.05
+# A law as good as the best one with more than this probability is not distinguished from it.
+NOT_DISTINGUISHED = 0.05
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,8 +191,8 @@ class LawComparison(Displayed):
 
     def __repr__(self) -> str:
         medians = np.median(self.errors, axis=1)
-        told = [f"{n}: {100 * e:.3g} %" for n, e in zip(self.names, medians, strict=True)]
-        return one_line("LawComparison", f"{self.errors.shape[1]} impacts", *told)
+        medians_text = [f"{n}: {100 * e:.3g} %" for n, e in zip(self.names, medians, strict=True)]
+        return one_line("LawComparison", f"{self.errors.shape[1]} impacts", *medians_text)
 
     def table(self) -> tuple[tuple[str, ...], list[list[str]]]:
         """Titles and rows: errors in per cent, probabilities, coefficients."""
@@ -263,7 +263,7 @@ def compare_laws(
 
     All impacts are held out once (cross-validation, Stone 1974), all laws in the same folds.
     Impacts of one recording (``Measurement.recording``) are held out together: they share its
-    errors, so that one tells of the others.
+    errors, so that one predicts the others.
 
     Args:
         measurements: the impacts; ``FoundImpacts.measurements`` gives them.
@@ -407,7 +407,9 @@ def _judged(
     means = np.array([own[drawn].mean(axis=1) for own in errors])
     less = (means[:, None] < means[None]).mean(axis=2)
     better = less + 0.5 * (means[:, None] == means[None]).mean(axis=2)
-    close = [name for name, p in zip(names[1:], better[1:, 0], strict=True) if p > NOT_TOLD_APART]
+    close = [
+        name for name, p in zip(names[1:], better[1:, 0], strict=True) if p > NOT_DISTINGUISHED
+    ]
     notes = []
     if close:
         notes.append(f"not significantly worse than {names[0]}: {'; '.join(close)}")

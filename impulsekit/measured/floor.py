@@ -27,12 +27,12 @@ MEDIAN_OVER_MEAN = 1.2533141373155003
 CARRYING = 0.004
 # A plane whose normal is off by less is the same one [rad], whose origin by less [m].
 SAME = 1e-9
-# Unknowns whose rows vary by less than this [relative, root mean square] are not told apart from
-# those before them; so many rests at least tell an uncertainty.
-UNTOLD_FLOOR, FEWEST_RESTS = 0.05, 3
-# [of the square of a direction] Unknowns with more than this in what no rest tells.
-UNTOLD_SHARE = 1e-3
-# Slopes are told over this way at least [m].
+# Unknowns whose rows vary by less than this [relative, root mean square] are not distinguished from
+# those before them; so many rests at least determine an uncertainty.
+UNDETERMINED_FLOOR, FEWEST_RESTS = 0.05, 3
+# [of the square of a direction] Unknowns with more than this in what no rest determines.
+UNDETERMINED_SHARE = 1e-3
+# Slopes are determined over this way at least [m].
 NARROW = 1e-3
 
 
@@ -59,14 +59,14 @@ class FloorFit:
 def fitted_floor(several: list[Recording], scene: Scene, scale: float) -> FloorFit:
     """Least squares on the gaps of the points that carry bodies at rest, g = h + a x + b y + n·R d.
 
-    ``scale``: recorded lengths over true ones. Bodies that lie on several faces tell d.
+    ``scale``: recorded lengths over true ones. Bodies that lie on several faces determine d.
     """
     contacts = [
         entry for entry in scene.contacts if isinstance(entry, Contact) and entry.against == "world"
     ]
     if not contacts:
         note = (
-            "no floor was fitted: its height is told by a Contact with a plane of the world, and "
+            "no floor was fitted: its height is that of a Contact with a plane of the world, and "
             "the scene has none"
         )
         return FloorFit(np.zeros(6), np.full(6, np.inf), 0, None, (note,))
@@ -167,12 +167,12 @@ def _robust_plane(
     others = np.array([fitted(groups != name) for name in names])
     count = len(names)
     sigma = np.sqrt((count - 1) / count * ((others - others.mean(axis=0)) ** 2).sum(axis=0))
-    sigma[1.0 - (basis**2).sum(axis=1) > UNTOLD_SHARE] = np.inf
+    sigma[1.0 - (basis**2).sum(axis=1) > UNDETERMINED_SHARE] = np.inf
     return values, sigma
 
 
 def _determined(rows: np.ndarray) -> np.ndarray:
-    """(6, k) orthonormal directions of the unknowns that the rests tell apart.
+    """(6, k) orthonormal directions of the unknowns that the rests distinguish.
 
     What height explains is not laid on slopes, and what these explain not on the offset.
     """
@@ -181,8 +181,8 @@ def _determined(rows: np.ndarray) -> np.ndarray:
         known = rows @ np.vstack(basis).T
         left = rows[:, own] - known @ np.linalg.lstsq(known, rows[:, own], rcond=None)[0]
         _, values, ways = np.linalg.svd(left, full_matrices=False)
-        told = values > UNTOLD_FLOOR * np.sqrt(len(rows))
-        found = np.zeros((int(told.sum()), 6))
-        found[:, own] = ways[told]
+        determined = values > UNDETERMINED_FLOOR * np.sqrt(len(rows))
+        found = np.zeros((int(determined.sum()), 6))
+        found[:, own] = ways[determined]
         basis.append(found)
     return np.vstack(basis).T

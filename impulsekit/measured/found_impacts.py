@@ -179,7 +179,7 @@ class FoundImpacts(OneLine):
     Attributes:
         impacts: those with a flight on both sides, by recording and time.
         phases: (recording, start, end) [s] without flight between two: rests, rolling,
-            several impacts too close to tell apart.
+            several impacts too close to distinguish.
         outliers: (recording, time) of samples that stand apart from those before and after.
         sigma: (nv,) noise of the samples on their tangents, as given or as estimated.
         notes: what to look at.

@@ -17,20 +17,20 @@ from .recording_checks import LEAST_SCALE, MOST_SCALE, unit_of_falls
 WINDOWS = (15, 25)
 # A window's parabola leaves residuals below this share of what it falls [relative].
 SMOOTH = 0.12
-# A part bends by this share of its way at least, or nothing is told of its acceleration.
+# A part bends by this share of its way at least, or its acceleration is not determined.
 LEAST_FALL = 1e-3
 # Cosine to the scene's gravity above which a window's acceleration is free fall; logarithms of
 # accelerations this near are one.
 DOWN, ALIKE_FALLS = 0.95, 0.1
-# So many windows at least tell the size of free fall.
+# So many windows at least determine the size of free fall.
 FEWEST_FALLS = 3
 # Those of lengths: units of times show in the steps between samples too.
 LENGTHS = (1e3, 1e2)
-# A direction of the unknowns that flights tell less of, relative to the best, is not told.
-UNTOLD = 1e-10
+# Directions of the unknowns that flights determine worse, relative to the best, are left out.
+UNDETERMINED = 1e-10
 # Axes that turn by less than the root of this, summed over samples, do so by rounding [rad²].
 UNTURNED = 1e-20
-# [of the square of a direction] Unknowns with more than this in what no flight tells.
+# [of the square of a direction] Unknowns with more than this in what no flight determines.
 BLIND = 1e-6
 
 
@@ -41,7 +41,7 @@ class FreeFall:
     Attributes:
         acceleration: (3,) of the mass centre, axes of the recording [m/s²].
         offset: (3,) of the recorded position against the body's frame, in its axes [m].
-        covariance: (6, 6) of both; infinite for what no flight tells.
+        covariance: (6, 6) of both; infinite for what no flight determines.
         flights: how many.
     """
 
@@ -54,7 +54,7 @@ class FreeFall:
 def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     """(T, 3) mass centres in the world and (T, 3, 3) axes of the free body.
 
-    Axes of several are 0: the common mass centre does not tell where the points on each are.
+    Axes of several are 0: the common mass centre does not determine where the points on each are.
     """
     model = recording.robot.model
     data = model.createData()
@@ -97,7 +97,7 @@ def free_root(robot: Robot) -> int:
         if joint.idx_q == 0:
             return int(joint.id)
     raise InputError(
-        "calibrate: free fall tells lengths and the vertical, and this robot's root is no "
+        "calibrate: free fall determines lengths and the vertical, and this robot's root is no "
         'free-flyer; load it with root="freeflyer"'
     )
 
@@ -215,7 +215,7 @@ def free_fall(
         normal, right = blocks.get(recording, (np.zeros((6, 6)), np.zeros(6)))
         blocks[recording] = normal + flat.T @ flat, right + flat.T @ seen
     normals, rights = (np.array(each) for each in zip(*blocks.values(), strict=True))
-    found, told = _solution(normals.sum(axis=0), rights.sum(axis=0))
+    found, determined = _solution(normals.sum(axis=0), rights.sum(axis=0))
     count = len(blocks)
     if count < 2:
         return FreeFall(found[:3], found[3:], np.full((6, 6), np.inf), len(flights))
@@ -226,17 +226,19 @@ def free_fall(
         ]
     )
     covariance = (count - 1) / count * others.T @ others
-    covariance[~told] = covariance[:, ~told] = np.inf
+    covariance[~determined] = covariance[:, ~determined] = np.inf
     return FreeFall(found[:3], found[3:], covariance, len(flights))
 
 
 def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(6,) the least-squares solution, and which unknowns the flights tell."""
+    """(6,) the least-squares solution, and which unknowns the flights determine."""
     known = np.diagonal(normal)
     size = 1.0 / np.sqrt(np.maximum(known, NONZERO))
     size[3:][known[3:] < UNTURNED] = 0.0
     values, ways = np.linalg.eigh(normal * np.outer(size, size))
-    told = values > UNTOLD * values[-1]
-    inverse = (ways[:, told] / values[told]) @ ways[:, told].T * np.outer(size, size)
-    blind = (ways[:, ~told] ** 2).sum(axis=1) > BLIND
+    determined = values > UNDETERMINED * values[-1]
+    inverse = (
+        (ways[:, determined] / values[determined]) @ ways[:, determined].T * np.outer(size, size)
+    )
+    blind = (ways[:, ~determined] ** 2).sum(axis=1) > BLIND
     return inverse @ right, ~blind

@@ -71,11 +71,11 @@ def report_text(found: Identification, level: float) -> str:
     samples = sum(len(each.t) for each in found.recordings)
     lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples"]
     # What was repaired or left out while reading.
-    told = [f"{each.name or 'recording'}: {note}" for each in found.recordings
+    from_files = [f"{each.name or 'recording'}: {note}" for each in found.recordings
             for note in each.notes]  # fmt: skip
-    lines += [f"note: {line}" for line in told[:MOST_NOTES]]
-    if len(told) > MOST_NOTES:
-        lines.append(f"note: {len(told) - MOST_NOTES} more such notes")
+    lines += [f"note: {line}" for line in from_files[:MOST_NOTES]]
+    if len(from_files) > MOST_NOTES:
+        lines.append(f"note: {len(from_files) - MOST_NOTES} more such notes")
     lines.append("")
     if found.calibration is not None:
         lines += ["Calibration", *str(found.calibration).splitlines(), ""]
@@ -113,8 +113,8 @@ def _fit_lines(fit: Fit, level: float) -> list[str]:
     known = np.isfinite(fit.intervals(level)).all(axis=1)
     rows += [
         f"resampled: {name} {low:.4g} to {high:.4g}"
-        for name, (low, high), told in zip(fit.names, drawn, known, strict=True)
-        if told and low < high
+        for name, (low, high), is_known in zip(fit.names, drawn, known, strict=True)
+        if is_known and low < high
     ]
     return [*rows, *(f"note: {note}" for note in fit.notes)]
 
@@ -147,8 +147,8 @@ def _table(names: Any, values: Any, ends: Any, level: float) -> list[str]:
     rows = [f"{'parameter':{width}} {'value':>9}   {f'{100 * level:g} % interval':>20}"]
     for name, value, (low, high) in zip(names, values, ends, strict=True):
         known = math.isfinite(high - low)
-        told = f"{low:.4g} to {high:.4g}" if known else "not determined"
-        rows.append(f"{name:{width}} {f'{value:.4g}' if known else '-':>9}   {told:>20}")
+        ends_text = f"{low:.4g} to {high:.4g}" if known else "not determined"
+        rows.append(f"{name:{width}} {f'{value:.4g}' if known else '-':>9}   {ends_text:>20}")
     return rows
 
 
@@ -194,11 +194,11 @@ def as_dict(found: Identification, level: float) -> dict[str, Any]:
             "errors": by_motion.errors, "held_out": by_motion.held_out,
             "held_names": list(by_motion.held_names),
         }  # fmt: skip
-    told: dict[str, Any] = plain(data)
-    return told
+    found_data: dict[str, Any] = plain(data)
+    return found_data
 
 
-# Fewer tell laws apart by chance.
+# Fewer distinguish laws by chance.
 FEWEST_TO_COMPARE = 10
 
 

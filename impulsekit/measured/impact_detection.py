@@ -100,7 +100,7 @@ def find_impacts(
     several = as_recordings(recordings, "find_impacts")
     _check(several, scene, near)
     nv = scene.robot.nv
-    told = _check_readings(several, scene)
+    is_known = _check_readings(several, scene)
     noise = _given_sigma(sigma, several, nv)
     flight, notes = Flight(scene), list[str]()
     if noise is None:
@@ -113,7 +113,7 @@ def find_impacts(
     detector = _Detector(flight, ClosingContacts(scene), noise, near)
     by_recording, phases, outliers = detector.of_all(several)
     impacts = [impact for own in by_recording for impact in own]
-    if impacts and not told:
+    if impacts and not is_known:
         words = check_order_by_balance(
             by_recording, several, lambda own: detector.of_all(own)[0], "find_impacts"
         )
@@ -309,10 +309,10 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
 
 
 def _check_readings(several: list[Recording], scene: Scene) -> bool:
-    """Units of lengths and orders of quaternions, by what free bodies do.
+    """Check units of lengths and orders of quaternions, by what free bodies do.
 
-    Whether the order of quaternions is told: by the floor, by velocities that agree with their
-    rates, or since there are none.
+    Return whether the order of quaternions is known: by the floor, by velocities that agree with
+    their rates, or since there are none.
     """
     looked_at = several[:: max(1, len(several) // MOST_LOOKED_AT)]
     measured, unlike = not quaternions_of(scene.robot), list[str]()

@@ -14,12 +14,12 @@ from ..errors import InputError
 from ..tolerances import NONZERO
 from .active_contacts import ClosingContacts
 
-# Impacts that tell the signs; more say the same.
+# Impacts that determine the signs; more change nothing.
 MOST = 200
 # More components have too many signs to try.
 MOST_COMPONENTS = 6
 # The best signs leave less than this share of the jump, or the axes are not what is wrong; and
-# others leave at least so many times as much, or the impacts do not tell them apart.
+# others leave at least so many times as much, or the impacts do not distinguish them.
 EXPLAINED, TIMES = 0.5, 1.3
 # Signs that leave no more than this many times the least explain the jumps as well; shares below
 # the second are rounding.
@@ -36,7 +36,7 @@ class MirroredAxes(OneLine):
         signs: (nv,) 1 or -1, by which v⁻ and v⁺ are to be multiplied.
         left, left_before: the median share of the jump M (v⁺ − v⁻) that no impulse at the contacts
             explains, in the metric of the kinetic energy, with these signs and without.
-        notes: if the impacts do not tell the signs.
+        notes: if the impacts do not determine the signs.
 
     Example:
         >>> import numpy as np

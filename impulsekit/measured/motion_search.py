@@ -136,7 +136,7 @@ STEP, CLOSE = 1e-4, {"rtol": 1e-8, "atol": 1e-10}
 HUBER_OF_SMOOTH = 2.0
 # Steps are halved so often where the sum does not fall, and end at this share of a deviation.
 MOST_STEPS, HALVINGS, CONVERGED = 8, 4, 0.02
-# Recordings looked at before all are: one with an impact tells that motions are not smooth.
+# Recordings looked at before all are: one with an impact shows that motions are not smooth.
 FIRST = 3
 # On either side of an interval of 95 %.
 TAIL = 0.025

@@ -140,8 +140,8 @@ def fit_motion(
     Each recording is followed from the state at its first sample, which a fit to its first
     flight gives. The loss of a recording is the mean distance and the mean angle of its links, each
     over the median of the first round. It is evaluated at points of a box (Sobol's sequence), first
-    on few recordings; a quadratic through the squares of the mean losses tells the least point;
-    least points of resampled recordings (bootstrap) tell the next box, and the intervals. No
+    on few recordings; a quadratic through the squares of the mean losses has the least point;
+    least points of resampled recordings (bootstrap) give the next box, and the intervals. No
     derivative is needed: motions with many impacts have none of use. Motions without impacts have,
     and Gauss-Newton steps then end the search, with the first state of each recording unknown too.
 

@@ -30,11 +30,11 @@ DEEP, NEAR = 0.05, 0.25
 # probable. Of 120 tosses of a real cube 160 jumps are so in the right order, 23 in the wrong one.
 BETTER = 10.0
 # Probability that two readings that explain jumps alike come out as far apart: an order is wrong
-# below the first, and told to be right below the second, since its name speaks for it.
+# below the first, and right below the second, since its name speaks for it.
 WRONG, RIGHT = 1e-3, 0.05
-# The words where no reading is told from the others.
-UNTOLD = (
-    "nothing in the recordings tells whether quaternions are in the order that was stated: no "
+# The note where no order explains more than the others.
+ORDER_UNKNOWN = (
+    "nothing in the recordings shows whether quaternions are in the order that was stated: no "
     "angular velocity, no contact with a floor that another order misses, and too few impacts"
 )
 # Times that differ by less than so many of their sigmas are one.
@@ -45,7 +45,7 @@ def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: s
     """Refuse attitudes that drive a free body through the floor, if another order does not.
 
     Returns:
-        Whether the floor tells that the order is right: the other orders drive the body through.
+        Whether the floor shows that the order is right: the other orders drive the body through.
 
     Raises:
         InputError: the order of the quaternion looks as if it were the other one.
@@ -101,7 +101,7 @@ def check_order_by_balance(
         find: gives the impacts of each of some recordings, which are in another order.
 
     Returns:
-        None if the order is told to be right, else what to note.
+        None if the order is right, else what to note.
 
     Raises:
         InputError: the order of the quaternion looks as if it were the other one.
@@ -109,7 +109,7 @@ def check_order_by_balance(
     starts = quaternions_of(recordings[0].robot)
     pairs = [pair for pair in zip(impacts, recordings, strict=True) if pair[0]]
     pairs = pairs[:: max(1, len(pairs) // MOST_RECORDINGS)]
-    told = True
+    known = True
     for order in OTHER_ORDERS:
         found = find([_reordered(each, starts, order) for _, each in pairs])
         both = [_explained(own, there) for (own, _), there in zip(pairs, found, strict=True)]
@@ -120,8 +120,8 @@ def check_order_by_balance(
                 f"in another order, and {ours} better: the order looks as if it were the other "
                 "one, xyzw or wxyz"
             )
-        told = told and _by_chance(ours, others) < RIGHT
-    return None if told else UNTOLD
+        known = known and _by_chance(ours, others) < RIGHT
+    return None if known else ORDER_UNKNOWN
 
 
 def _reordered(recording: Recording, starts: Sequence[int], order: tuple[int, ...]) -> Recording:

@@ -23,7 +23,7 @@ _INDEXED = re.compile(r"(.+?)(?:\[(\d+)\]|\.([xyzw]))$")
 _LETTERS = {"x": 0, "y": 1, "z": 2, "w": 3}
 # Larger files are no tables of a motion [bytes].
 LARGEST = 2_000_000_000
-# Columns that tell the recordings of one file apart.
+# Columns that distinguish the recordings of one file.
 LABELS = ("recording", "toss_id", "toss", "trial")
 # Arrays of an npz file that are about all samples.
 _SCALARS = ("rate_hz", "length_scale")
@@ -42,7 +42,7 @@ def load_recordings(
     ``t``; ``q`` and ``v`` as Pinocchio orders them; or ``position`` and ``quaternion_xyzw`` or
     ``quaternion_wxyz`` of the free root (with ``.JOINT`` behind the name if there are several),
     ``velocity`` (world axes), ``omega_body`` or ``omega_world``; ``q.JOINT`` and ``v.JOINT`` of
-    other joints. A column ``recording`` (or ``toss_id``) tells several recordings apart. In npz
+    other joints. A column ``recording`` (or ``toss_id``) distinguishes several recordings. In npz
     the arrays have these names; ``offset`` (K + 1,) holds where each of K recordings begins, and
     ``rate_hz`` may stand for ``t``.
 

@@ -1,6 +1,6 @@
 """Checks of columns as they are read: gaps, times, units, axes, limits of joints.
 
-Units and axes that recordings do not state, or state wrongly, are told by limits of joints, rates
+Units and axes that recordings do not state, or state wrongly, are found by limits of joints, rates
 of positions, free fall and steps of time: what only another unit explains is an error that says so.
 """
 
@@ -124,7 +124,7 @@ def repeated_poses(q: np.ndarray) -> list[str]:
     ]
 
 
-# Past its limits by more than this share of the way between them a joint is told to be outside:
+# Past its limits by more than this share of the way between them a joint is noted to be outside:
 # encoders are off by less.
 OUTSIDE = 0.05
 # So far past its limits is no joint in the unit that was stated: an angle by more than one turn, as
@@ -191,9 +191,9 @@ def check_joint_limits(
 # looked into; another reading is meant if it leaves less than the second, and less than this
 # share of what the velocities as given leave. Above the last, velocities are noted as unlike.
 FINE, ALIKE, SHARE, APART = 0.1, 0.35, 0.4, 0.6
-# Rates below this [m/s, rad/s] are noise and tell nothing.
+# Rates below this [m/s, rad/s] are noise.
 NOISE_OF_RATES = 0.05
-# Fewer moving samples tell nothing.
+# Fewer moving samples show nothing.
 FEWEST = 8
 FACTORS = {
     1000.0: "in mm/s or in milliseconds",

@@ -24,7 +24,7 @@ from .segments import find_segments, flights_with_noise
 # For fits: errors of some 1e-4 of the way, a hundredth of what a recording and the best law
 # differ by, at a fifth of the time.
 QUICK = MotionSettings(rtol=1e-4, atol=1e-6, capture_speed=1e-3, together=1e-5)
-# Of a first flight so many samples tell the state at its start; the last one may be smeared.
+# Of a first flight so many samples determine the state at its start; the last one may be smeared.
 MOST_SAMPLES = 25
 
 

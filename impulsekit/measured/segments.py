@@ -22,20 +22,20 @@ if TYPE_CHECKING:
 FADING = 0.9
 # Probability that noise alone is taken for the end of a flight.
 FALSE_END = 1e-6
-# A flight has so many samples: two tell its speed, the third confirms it.
+# A flight has so many samples: two determine its speed, the third confirms it.
 FEWEST = 3
 # Samples after which a flight that begins inside another must have saved half of what it costs.
 YOUNG = 12
-# Flights are cut with so many times the noise that neighbours tell, when the noise is looked for:
+# Flights are cut with so many times the noise between neighbours, when the noise is looked for:
 # small bounces then hide in flights, which the median over all does not mind.
 PATIENCE = 10.0
-# Pieces of flights that tell the noise have so many samples, as many as fits of impacts have on
-# a side; so many pieces at least tell it.
+# Pieces of flights that determine the noise have so many samples, as many as fits of impacts have
+# on a side; so many pieces at least determine it.
 PIECE, FEWEST_FITS = 10, 4
 # What a flight leaves of a piece, over what accelerations of any size leave, from which on the body
 # lies or rolls there; of flights the ratio is 1 but for noise, some 0.5.
 NO_FLIGHT = 3.0
-# Third differences of so many samples tell the noise.
+# Third differences of so many samples determine the noise.
 FEWEST_FOR_NOISE = 8
 # The median of χ² with one degree of freedom, as a ratio to sigma: |x| of half the samples.
 MEDIAN_TO_SIGMA = 0.6744897501960817
@@ -67,9 +67,9 @@ def flights_with_noise(
 ) -> tuple[np.ndarray, list[Segments]] | None:
     """(nv,) noise of the samples of recordings, and their flights, cut with some patience.
 
-    Cameras are off by about the same from one sample to the next: differences of neighbours tell
+    Cameras are off by about the same from one sample to the next: differences of neighbours show
     less than what a flight through a dozen samples leaves. So flights are cut with far more noise
-    than neighbours tell, and the noise is what fits to these leave. None: too few samples.
+    than neighbours show, and the noise is what fits to these leave. None: too few samples.
     """
     found = np.array([_of_neighbours(flight, each.t, each.q) for each in recordings])
     found = found[np.isfinite(found).all(axis=1)]

@@ -9,7 +9,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import InputError
 from impulsekit.measured import Recording, calibrate, find_impacts
-from impulsekit.measured.quaternion_order import UNTOLD
+from impulsekit.measured.quaternion_order import ORDER_UNKNOWN
 from tests.measured.bodies import ball_scene, bouncing_ball, noisy
 
 SCENE = ik.load_scene("examples/cube_tosses.toml").scene
@@ -52,8 +52,8 @@ def two_cubes(count):
 @pytest.mark.slow
 def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions():
     scene, throws = two_cubes(5)
-    assert UNTOLD not in find_impacts(throws, scene, sigma=SIGMA).notes
-    assert UNTOLD in find_impacts(throws[:1], scene, sigma=SIGMA).notes
+    assert ORDER_UNKNOWN not in find_impacts(throws, scene, sigma=SIGMA).notes
+    assert ORDER_UNKNOWN in find_impacts(throws[:1], scene, sigma=SIGMA).notes
     order = [0, 1, 2, 4, 5, 6, 3, 7, 8, 9, 11, 12, 13, 10]
     wrong = [replace(each, q=each.q[:, order]) for each in throws]
     with pytest.raises(InputError, match=r"jumps balance momentum worse.*xyzw or wxyz"):

@@ -71,13 +71,13 @@ def geometry_digest(scene: Scene) -> str:
 
 
 def described(value: Any, what: str) -> Any:
-    """A value as JSON-ready data that tells it from every other.
+    """Return a value as JSON-ready data in which it differs from every other.
 
-    Floats keep all their digits. Of a function its code is told, with defaults and what it closes
-    over; globals that it reads are not seen.
+    Floats keep all their digits. A function is described by its code, with defaults and what it
+    closes over; globals that it reads are not seen.
 
     Raises:
-        InputError: it cannot be told from others, such as an object that does not pickle.
+        InputError: it cannot be compared with others, such as an object that does not pickle.
     """
     if value is None or isinstance(value, bool | int | str):
         return value

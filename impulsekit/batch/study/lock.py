@@ -34,7 +34,7 @@ class StoreLockedError(ImpulsekitError):
 
 
 @contextlib.contextmanager
-def full_disk_told(path: pathlib.Path) -> Iterator[None]:
+def with_full_disk_error(path: pathlib.Path) -> Iterator[None]:
     """Turn the system's error for a full disk into a ``StoreFullError``."""
     try:
         yield

@@ -24,7 +24,7 @@ import numpy as np
 from ...errors import InputError, MissingExtraError, shown
 from ...files import file_told, path_of, reason_of, replaced_file, write_file
 from .layout import UNWRITTEN, layout_of
-from .lock import LOCK, full_disk_told, lock_store
+from .lock import LOCK, lock_store, with_full_disk_error
 from .study import Study
 
 RECORD, ROWS = "study.json", "rows"
@@ -62,7 +62,7 @@ class StudyStore:
         _libraries()
         check_store(self.path)
         rows = self.path / ROWS
-        with full_disk_told(self.path), file_told(self.path, writing=True):
+        with with_full_disk_error(self.path), file_told(self.path, writing=True):
             self.path.mkdir(parents=True, exist_ok=True)
         with lock_store(self.path) as self._check:
             try:
@@ -70,9 +70,9 @@ class StudyStore:
                     self._check_same()
                 else:
                     _check_folder(self.path)
-                    with full_disk_told(self.path):
+                    with with_full_disk_error(self.path):
                         self._write_record()
-                with full_disk_told(self.path), file_told(rows, writing=True):
+                with with_full_disk_error(self.path), file_told(rows, writing=True):
                     rows.mkdir(exist_ok=True)
                     for left in self.path.rglob(".*.partial"):
                         left.unlink(missing_ok=True)
@@ -90,7 +90,7 @@ class StudyStore:
         if self._check is None:
             raise InputError("a store is written to only while it is opened")
         self._check()
-        with full_disk_told(self.path), replaced_file(_file(self.path / ROWS, index)) as file:
+        with with_full_disk_error(self.path), replaced_file(_file(self.path / ROWS, index)) as file:
             np.savez(file, **arrays)  # type: ignore[arg-type]
             # Once more: in a folder that took the place of this one there is nothing to rename.
             self._check()

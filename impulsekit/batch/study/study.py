@@ -337,7 +337,7 @@ class Study(OneLine):
                     raise InputError(f'Variation of direction: "{name}" is inside a joint')
 
     def describe(self) -> dict[str, Any]:
-        """All that a row depends on, ready for JSON: what tells this study from others."""
+        """All that a row depends on, ready for JSON: two studies differ in it."""
         return self._described
 
     def __getstate__(self) -> dict[str, Any]:
