@@ -25,7 +25,7 @@ from ...errors import InputError, MissingExtraError, shown
 from ...files import file_told, path_of, reason_of, replaced_file, write_file
 from .layout import UNWRITTEN, layout_of
 from .lock import LOCK, lock_store, with_full_disk_error
-from .study import Study
+from .study import IMPACTS, Study
 
 RECORD, ROWS = "study.json", "rows"
 # What a run that was stopped before it wrote the record may leave behind.
@@ -185,16 +185,14 @@ def open_study(path: str | os.PathLike[str]) -> Any:
     folder = pathlib.Path(path_of(path, "the store of a study"))
     record = _record(folder)
     count, chunk = record["rows"], record["chunk"]
-    sizes = tuple(min(chunk, count - begin) for begin in range(0, count, chunk))
-    meaning = {"meaning": "see the attribute status"}
+    # Blocks of many small chunks: dask takes its time for each.
+    step = chunk * max(1, IMPACTS // chunk)
+    sizes = tuple(min(step, count - begin) for begin in range(0, count, step))
     data = {}
-    for name, array in {
-        "status": {"dims": [], "shape": [], "attributes": meaning},
-        **record["arrays"],
-    }.items():
+    for name, array in record["arrays"].items():
         kind, shape = (np.int8 if name == "status" else float), tuple(array["shape"])
         rows = da.map_blocks(
-            partial(_block, folder / ROWS, name, shape, sizes),
+            partial(_block, folder, name, shape, (count, chunk, step)),
             chunks=(sizes, *((width,) for width in shape)),
             dtype=kind,
             meta=np.empty((0,) * (1 + len(shape)), dtype=kind),
@@ -206,25 +204,37 @@ def open_study(path: str | os.PathLike[str]) -> Any:
 
 
 def _block(
-    rows: pathlib.Path, name: str, shape: tuple[int, ...], sizes: tuple[int, ...], block_id: Any
+    folder: pathlib.Path,
+    name: str,
+    shape: tuple[int, ...],
+    sizes: tuple[int, int, int],
+    block_id: tuple[int, ...],
 ) -> np.ndarray:
-    """An array of a chunk; unwritten rows where there is no file of it.
+    """An array of some chunks; unwritten rows where there is no file of one.
+
+    Args:
+        sizes: rows in all, of a chunk, of a block.
 
     Raises:
-        InputError: the file is not what was written.
+        InputError: a file is not what was written.
     """
-    index = block_id[0]
-    try:
-        with np.load(_file(rows, index), allow_pickle=False) as arrays:
-            return arrays[name]
-    except FileNotFoundError:
-        fill = np.int8(UNWRITTEN) if name == "status" else np.nan
-        return np.full((sizes[index], *shape), fill)
-    except _BROKEN as error:
-        raise InputError(
-            f'"{rows.parent}" is damaged: chunk {index} of its rows is not what was written (its '
-            "checksum differs); run the same study again to write it anew"
-        ) from error
+    count, chunk, step = sizes
+    begin = block_id[0] * step
+    fill = np.int8(UNWRITTEN) if name == "status" else np.nan
+    found = np.full((min(step, count - begin), *shape), fill)
+    for at in range(0, len(found), chunk):
+        index = (begin + at) // chunk
+        try:
+            with np.load(_file(folder / ROWS, index), allow_pickle=False) as arrays:
+                found[at : at + chunk] = arrays[name]
+        except FileNotFoundError:
+            continue
+        except _BROKEN as error:
+            raise InputError(
+                f'"{folder}" is damaged: chunk {index} of its rows is not what was written (its '
+                "checksum differs); run the same study again to write it anew"
+            ) from error
+    return found
 
 
 # Errors of numpy and zipfile on a file that is not whole.
