@@ -19,7 +19,6 @@ from .errors import FileError, InputError, a_thing, shown
 __all__ = [
     "check_writable",
     "file_told",
-    "flush_to_disk",
     "open_plain_file",
     "path_of",
     "read_text_file",
@@ -197,12 +196,3 @@ def _check_target(target: str) -> int | None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError
     return mode
-
-
-def flush_to_disk(path: str | os.PathLike[str]) -> None:
-    """Wait until a file that is closed already is on the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,21 +45,6 @@ _SIZES = {ANGLE: (1, 1), SLIDE: (1, 1), BALL: (4, 3), PLANAR: (4, 3), FREE: (7, 
 _UNITS = {CIRCLE: (0, 2), PLANAR: (2, 2), BALL: (0, 4), FREE: (3, 4)}
 
 
-@dataclass(frozen=True, eq=False)
-class _Tables:
-    """A tree in the core.
-
-    Attributes:
-        core: the tree.
-        joints: (bodies, 4) kind of each joint, its first entries of q and v, its entries of v.
-        bodies: (bodies,) the core's body of each.
-    """
-
-    core: Model
-    joints: np.ndarray
-    bodies: np.ndarray
-
-
 class LongTree:
     """A tree of any number of rigid bodies under known impulses.
 
@@ -81,10 +65,14 @@ class LongTree:
         (999, 999)
     """
 
-    def __init__(self, tables: _Tables, robot: Robot | None = None) -> None:
-        self._tables, self._robot = tables, robot
-        self.bodies = len(tables.bodies)
-        self.nq, self.nv = tables.core.nq, tables.core.nv
+    def __init__(
+        self, core: Model, joints: np.ndarray, bodies: np.ndarray, robot: Robot | None = None
+    ) -> None:
+        # (bodies, 4) kind of each joint, its first entries of q and v, its entries of v; and the
+        # core's body of each.
+        self._core, self._joints, self._bodies, self._robot = core, joints, bodies, robot
+        self.bodies = len(bodies)
+        self.nq, self.nv = core.nq, core.nv
 
     def __repr__(self) -> str:
         return one_line("LongTree", f"{self.bodies} bodies", nq=self.nq, nv=self.nv)
@@ -97,7 +85,7 @@ class LongTree:
         for kind, (first, size) in _UNITS.items():
             # A circle begins with its cosine, a quaternion ends with what is 1.
             entry = first if size == 2 else first + 3
-            q[self._of_kind(kind)[:, 1] + entry] = 1.0
+            q[self._joints[self._joints[:, 0] == kind, 1] + entry] = 1.0
         return q
 
     def solve(
@@ -149,11 +137,11 @@ class LongTree:
         """
         if self._robot is not None:
             body = self._robot.joint_id(joint) - 1
-        elif joint == "root_joint" and self._tables.joints[0, 3] != 1:
+        elif joint == "root_joint" and self._joints[0, 3] != 1:
             body = 0
         else:
             body = self._numbered(joint, "joint")
-        return int(self._tables.joints[body, 2]), int(self._tables.joints[body, 3])
+        return int(self._joints[body, 2]), int(self._joints[body, 3])
 
     def _numbered(self, name: str, kind: str) -> int:
         head, _, tail = str(name).partition("_")
@@ -162,15 +150,10 @@ class LongTree:
         known = (f"{kind}_1", f"{kind}_{self.bodies}")
         raise UnknownNameError.among(kind, str(name), known)
 
-    def _of_kind(self, kind: int) -> np.ndarray:
-        joints = self._tables.joints
-        return joints[joints[:, 0] == kind]
-
     def _check_units(self, q: np.ndarray) -> None:
-        joints = self._tables.joints
         for kind, (first, size) in _UNITS.items():
-            bodies = np.flatnonzero(joints[:, 0] == kind)
-            units = q[joints[bodies, 1][:, None] + first + np.arange(size)]
+            bodies = np.flatnonzero(self._joints[:, 0] == kind)
+            units = q[self._joints[bodies, 1][:, None] + first + np.arange(size)]
             lengths = np.sqrt((units**2).sum(axis=1))
             wrong = np.flatnonzero(np.abs(lengths - 1.0) > UNIT)
             if wrong.size:
@@ -214,15 +197,15 @@ class LongImpact:
         v: np.ndarray,
     ) -> None:
         self._owner, self.q, self.v_before = owner, q, v
-        tables = owner._tables
-        places = tables.core.placements(q).reshape(-1, 12)[tables.bodies]
+        core, of_core = owner._core, owner._bodies
+        places = core.placements(q).reshape(-1, 12)[of_core]
         self._turns = places[:, :9].reshape(-1, 3, 3)
         struck, wrenches, kicks = self._acting(impulses)
-        bodies = tables.bodies[struck].astype(np.intc)
-        self.dv, twists, reactions = tables.core.strike(q, v, kicks, bodies, wrenches)
+        bodies = of_core[struck].astype(np.intc)
+        self.dv, twists, reactions = core.strike(q, v, kicks, bodies, wrenches)
         self.v_after = v + self.dv
-        self.twists_after = twists.reshape(-1, 6)[tables.bodies - 1]
-        self.reactions = reactions.reshape(-1, 6)[tables.bodies - 1]
+        self.twists_after = twists.reshape(-1, 6)[of_core - 1]
+        self.reactions = reactions.reshape(-1, 6)[of_core - 1]
         lock(q, v, self.dv, self.v_after, self.twists_after, self.reactions)
 
     def __repr__(self) -> str:
@@ -355,8 +338,7 @@ def long_tree(
         (2, 2)
     """
     if isinstance(parents, Robot):
-        model = parents.model
-        return LongTree(_of_model(model), parents)
+        return _of_robot(parents)
     above = np.asarray(parents)
     n = above.size
     if above.ndim != 1 or not n or above.dtype.kind not in "iu":
@@ -376,7 +358,7 @@ def long_tree(
         raise InputError("long_tree: give masses, centres and inertias")
     turn = np.broadcast_to(np.eye(3), (n, 3, 3)) if rotations is None else rotations
     shift = np.zeros((n, 3)) if translations is None else translations
-    tables = _joined(
+    return _joined(
         above,
         np.array([_KINDS[name] for name in names]),
         _array(np.broadcast_to(np.asarray(axes, dtype=float), (n, 3)), (n, 3), "axes"),
@@ -386,10 +368,10 @@ def long_tree(
         _array(centres, (n, 3), "centres"),
         _array(inertias, (n, 3, 3), "inertias"),
     )
-    return LongTree(tables)
 
 
-def _of_model(model: Any) -> _Tables:
+def _of_robot(robot: Robot) -> LongTree:
+    model = robot.model
     flat = flat_model(model)
     if flat.core.has_followers or flat.core.has_ellipsoids:
         raise InputError("a long tree has no joints that follow others, and no ellipsoids")
@@ -400,7 +382,7 @@ def _of_model(model: Any) -> _Tables:
         if joint.shortname() == "JointModelPlanar":
             kind = PLANAR
         row[:] = kind, joint.idx_q, joint.idx_v, joint.nv
-    return _Tables(flat.core, joints, np.array(flat.bodies[1:]))
+    return LongTree(flat.core, joints, np.array(flat.bodies[1:]), robot)
 
 
 def _joined(
@@ -412,7 +394,7 @@ def _joined(
     masses: np.ndarray,
     centres: np.ndarray,
     inertias: np.ndarray,
-) -> _Tables:
+) -> LongTree:
     n = len(parents)
     sizes = np.array([_SIZES[kind] for kind in kinds.tolist()])
     first = np.cumsum(sizes, axis=0) - sizes
@@ -429,7 +411,7 @@ def _joined(
     ints = np.column_stack([parents + 1, kinds, first]).astype(np.intc)
     nq, nv = sizes.sum(axis=0).tolist()
     joints = np.column_stack([kinds, first, sizes[:, 1]])
-    return _Tables(Model(ints, numbers, np.zeros(nv), nq), joints, np.arange(1, n + 1))
+    return LongTree(Model(ints, numbers, np.zeros(nv), nq), joints, np.arange(1, n + 1))
 
 
 def _array(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:

@@ -105,20 +105,6 @@ class FramePair:
     select: tuple[int, ...]
     labels: tuple[str, ...]
 
-    @property
-    def carrying(self) -> tuple[int, np.ndarray]:
-        """The joint that R turns with, 0 for the world, and (3, 3) R in its frame.
-
-        Raises:
-            TypeError: R turns with a line, and with no joint.
-        """
-        if self.carrier == "world":
-            return 0, self.axes
-        if self.carrier == "line":
-            raise TypeError("a line turns with no joint")
-        site = self.first if self.carrier == "first" else self.other
-        return site.joint_id, site.placement.rotation.dot(self.axes)
-
     def places(self, placement_of: PlacementOf) -> tuple[pin.SE3, pin.SE3]:
         """Both points in the world, with the axes of their frames.
 

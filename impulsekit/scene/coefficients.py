@@ -231,15 +231,6 @@ class EllipticFriction:
         object.__setattr__(self, "along", along)
 
 
-def units_of_ellipse(friction: EllipticFriction, axis: Any) -> np.ndarray:
-    """(2, 2) A with P_t = A y: in y the ellipse is the circle |y| ≤ P_n, and Aᵀ u_t its slip.
-
-    ``axis``: (2,) unit, ``along`` in the tangents of the contact.
-    """
-    turn = np.array([[axis[0], -axis[1]], [axis[1], axis[0]]])
-    return turn * [friction.first, friction.second]
-
-
 Friction: TypeAlias = (
     float
     | tuple[float, float]
