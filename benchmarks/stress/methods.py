@@ -18,7 +18,7 @@ from impulsekit.scene import Collision, Scene
 
 from .sweep import Case
 
-SEVERAL = 2
+PROVEN = 0
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Told:
     Attributes:
         status: name of the status or of the error.
         valid, lawful: whether it is valid, and whether it obeys the law.
-        several: whether other answers are told of; where that is asked for.
+        several: whether others are told of or not ruled out; where that is asked for.
         after: (nv,) v⁺; None for an error.
         seconds: of the call; of a batch, per state.
     """
@@ -50,7 +50,7 @@ def told(call: Callable[[], Impact], *, others: bool = False) -> Told:
         seconds = time.perf_counter() - start
     except ImpulsekitError as error:
         return Told(type(error).__name__, False, False, False, None, time.perf_counter() - start)
-    several = others and status.obeys_law and impact.uniqueness.several
+    several = others and status.obeys_law and not impact.uniqueness.proven
     return Told(status.name, impact.is_valid(), status.obeys_law, several, after, seconds)
 
 
@@ -63,7 +63,7 @@ def told_by_batch(scene: Scene, q: np.ndarray, v: np.ndarray) -> list[Told]:
     others = batch.uniqueness
     found = zip(map(Status, batch.status.tolist()), others, v + batch.dv, strict=True)
     return [
-        Told(status.name, status.valid, status.obeys_law, int(other) == SEVERAL, after, seconds)
+        Told(status.name, status.valid, status.obeys_law, int(other) != PROVEN, after, seconds)
         for status, other, after in found
     ]
 

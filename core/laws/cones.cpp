@@ -192,24 +192,15 @@ void natural_map_derivative(const System& s, const double* A, const double* P, c
     }
 }
 
-// The largest entry of F over the terms of ξ.
-double relative_residual(const System& s, const double* P, const double* F) {
-    double terms = 1.0;
-    for (int i = 0; i < s.rows; ++i) {
-        double own = std::abs(s.b[i]);
-        for (int j = 0; j < s.rows; ++j) own += std::abs(s.A[i * s.rows + j] * P[j]);
-        terms = std::max(terms, own);
-    }
-    return largest(F, s.rows) / terms;
-}
-
+// The largest entry of F in units of the largest velocity: where no answer is, impulses grow until
+// what is left is nothing beside them, but not beside the velocities.
 double residual_of(const System& s, const double* P, Arena& arena) {
     Arena::Scope scope(arena);
     double* xi = arena.take(s.rows);
     double* F = arena.take(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
     natural_map(s, P, xi, F);
-    return relative_residual(s, P, F);
+    return largest(F, s.rows);
 }
 
 // Newton's method on the natural map of ξ = A P + b, P its start and the best that it met; whether
@@ -348,7 +339,7 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
         for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * P[i];
         add_to_diagonal(s, compliance, soft);
         solved = solve_from(step, soft, P, steps, arena);
-        if (residual_of(s, P, arena) <= tolerance::rounding) break;
+        if (residual_of(s, P, arena) <= tolerance::rounding * m) break;
     }
     return solved;
 }

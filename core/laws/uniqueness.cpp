@@ -52,10 +52,10 @@ class Search {
         const bool plane = in_plane();
         if (p_.contacts == 1) {
             scan_directions();
-            found.verdict = Verdict::all_tried;
+            found.verdict = all_tried();
         } else if (plane && p_.contacts <= kMostInPlane) {
             try_modes(4, true);
-            found.verdict = Verdict::all_tried;
+            found.verdict = all_tried();
         } else if (rubbing <= kMostInSpace && p_.contacts <= kMostInPlane) {
             try_modes(3, false);
             found.verdict = Verdict::searched;
@@ -66,6 +66,13 @@ class Search {
     }
 
   private:
+    // Of a release with floors one answer is found beside each compression.
+    Verdict all_tried() const {
+        const bool releases = law_.restitution == Restitution::poisson &&
+                              largest(p_.restitution, p_.contacts) > 0.0;
+        return releases ? Verdict::searched : Verdict::all_tried;
+    }
+
     void velocities(const double* P, std::vector<double>& u) const {
         u.resize(rows_);
         multiply(p_.W, rows_, P, p_.free, u.data());

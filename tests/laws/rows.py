@@ -13,14 +13,11 @@ import pytest
 import impulsekit as ik
 
 __all__ = [
-    "GIVES_UP", "UNBOUNDED", "block", "box_rows", "in_own_rows", "rod", "solved", "solved_rows",
+    "GIVES_UP", "block", "box_rows", "in_own_rows", "rod", "solved", "solved_rows",
     "sphere", "turned",
 ]  # fmt: skip
 
 # What the solver does not do yet.
-UNBOUNDED = pytest.mark.xfail(
-    strict=True, reason="impulses without bound, whose velocities are rounding, count as an answer"
-)
 GIVES_UP = pytest.mark.xfail(strict=True, reason="the solver tells that it has not converged")
 
 
