@@ -401,7 +401,7 @@ int code_of(const ImpactSolution& s) {
     if (s.failure == Failure::refused) return kRefused;
     if (s.contact.status != Status::solved) return static_cast<int>(s.contact.status);
     const double worst = std::max({s.momentum_residual, s.constraint_residual, s.contact_residual});
-    if (!(worst <= tolerance::inaccurate)) return kInaccurate;
+    if (!(worst <= tolerance::residual)) return kInaccurate;
     return s.nearly_dependent ? kNearlyDependent : kSolved;
 }
 

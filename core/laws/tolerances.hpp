@@ -4,9 +4,10 @@
 
 namespace impulsekit::tolerance {
 
-// Residual of the natural map, relative to the terms of W P and to the velocities, that an answer
-// must come down to. Rounding of 3n sums leaves some 1e-15, redundant rows some 1e-13.
-inline constexpr double residual = 1e-10;
+// Residual of the natural map beside the largest velocity, and of a finished impact beside its
+// terms, that an answer must come down to. Rounding of 3n sums leaves some 1e-15, redundant rows
+// some 1e-13.
+inline constexpr double residual = 1e-9;
 // Where Newton's iteration ends: the residual is rounding.
 inline constexpr double rounding = 1e-15;
 // A pivot of the scaled Delassus matrix below this is that of a dependent row: 1e-6 of a length.
@@ -31,8 +32,6 @@ inline constexpr double in_span = 1e-13;
 inline constexpr double contradiction = 1e-6;
 // J Δv beside W P, and A Δv beside what is asked: above this they are brought nearer by one step.
 inline constexpr double refined = 1e-14;
-// A finished impact whose residuals are above this is INACCURATE.
-inline constexpr double inaccurate = 1e-9;
 // Work above this share of the energies in play is a gain.
 inline constexpr double gain = 1e-10;
 // Coefficients below this are zero: products with them would leave the doubles.

@@ -68,8 +68,8 @@ class Search {
   private:
     // Of a release with floors one answer is found beside each compression.
     Verdict all_tried() const {
-        const bool releases = law_.restitution == Restitution::poisson &&
-                              largest(p_.restitution, p_.contacts) > 0.0;
+        const bool releases =
+            law_.restitution == Restitution::poisson && largest(p_.restitution, p_.contacts) > 0.0;
         return releases ? Verdict::searched : Verdict::all_tried;
     }
 

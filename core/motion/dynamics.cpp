@@ -11,6 +11,9 @@
 namespace impulsekit {
 namespace {
 
+// Accelerations [m/s² or rad/s²] that are rounding where no force acts: 1e-11 m in a day.
+constexpr double kNoAcceleration = 1e-20;
+
 // The slip [m/s] of what has begun to slide.
 constexpr double kTiny = 1e-300;
 // Dependent rows may differ by this share of the accelerations they speak of.
@@ -292,7 +295,10 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
         }
         if (!scene.pulls.empty()) pull[i] = scene.pulls[entry];
     }
-    for (int r = 0; r < rows_; ++r) size = std::max(size, std::abs(free[r]));
+    for (int r = 0; r < rows_; ++r) {
+        if (std::abs(free[r]) <= kNoAcceleration) free[r] = 0.0;
+        size = std::max(size, std::abs(free[r]));
+    }
     for (int i = 0; i < n; ++i)
         if (pull[i] > 0.0) {
             for (int r = 0; r < rows_; ++r) free[r] -= W[r * rows_ + 3 * i + 2] * pull[i];

@@ -162,7 +162,7 @@ bool Motion::meet(const std::vector<int>& closing) {
         restart();
         return ended == Ended::not_yet;
     }
-    return strike(points, approach, capture, closing);
+    return strike(points, approach, capture);
 }
 
 // The time, place and points of an impact at the tree's state.
@@ -189,8 +189,7 @@ void Motion::note_meeting(int gap, bool soft) {
 
 bool Motion::chatters(int gap) const { return soft_[gap].first >= kChatter; }
 
-bool Motion::strike(std::vector<RestPoint> points, double approach, double capture,
-                    const std::vector<int>&) {
+bool Motion::strike(std::vector<RestPoint> points, double approach, double capture) {
     MetImpact impact = impact_of(points);
     impact.is_soft = approach < capture;
     impact.after.resize(nv());
@@ -215,8 +214,10 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
         }
     }
     impact.impulses = impulses_at(points);
-    impacts.push_back(impact);
-    if (!is_valid_code(impact.code)) {
+    const bool is_valid = is_valid_code(impact.code);
+    // What is captured is no impact: another writing of the scene has another rounding there.
+    if (!is_valid || approach >= settings_.capture_speed) impacts.push_back(impact);
+    if (!is_valid) {
         ended = Ended::impact_not_valid;
         return false;
     }

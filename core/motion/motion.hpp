@@ -143,8 +143,7 @@ class Motion {
 
     // Impacts.
     bool meet(const std::vector<int>& closing);
-    bool strike(std::vector<RestPoint> points, double approach, double capture,
-                const std::vector<int>& closing);
+    bool strike(std::vector<RestPoint> points, double approach, double capture);
     bool without_collision();
     void note_meeting(int gap, bool soft);
     bool chatters(int gap) const;

@@ -6,6 +6,7 @@
 #include "arena.hpp"
 #include "laws/cones.hpp"
 #include "laws/dense.hpp"
+#include "laws/tolerances.hpp"
 
 namespace impulsekit {
 namespace {
@@ -14,8 +15,8 @@ namespace {
 // in the limit of rigidity, which steps of refinement come to.
 constexpr double kCompliance = 1e-6;
 constexpr int kRefinements = 6;
-// Accelerations and forces below this share of all are none; an answer may be off by the second.
-constexpr double kNothing = 1e-11, kResidual = 1e-9;
+// Accelerations and forces below this share of all are none.
+constexpr double kNothing = 1e-11;
 // Turning that accelerates by less than this share of all does not.
 constexpr double kStill = 1e-9;
 // Rows that move nothing, relative to the most mobile.
@@ -125,7 +126,7 @@ class RestLaw {
         std::fill(force_, force_ + rows_, 0.0);
         for (int i = 0; i < m; ++i) force_[used_[i]] = unit_[used_[i]] * x[i];
         finish();
-        return off <= kResidual * scale_;
+        return off <= tolerance::residual * scale_;
     }
 
     // F with the friction of what slides, and a.
@@ -224,7 +225,7 @@ class RestLaw {
         const ConeSolution found = solve_cones(C_, rows_, p_.b, scale, cones, force_);
         finish();
         for (int i = 0; i < p_.points; ++i) pressed_[i] = force_[normal(i)] > 0.0;
-        return found.residual <= kResidual && !found.immovable;
+        return found.residual <= tolerance::residual && !found.immovable;
     }
 
     const RestProblem& p_;

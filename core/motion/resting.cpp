@@ -254,7 +254,7 @@ bool Motion::update_slides() {
         double by = 0.0;
         if (slide.moves && length > none)
             along = speed, by = length;
-        else if (!slide.moves && loaded && torn > kTorn * std::max(dynamics_.size, 1e-12))
+        else if (!slide.moves && loaded && torn > kTorn * dynamics_.size)
             along = rate, by = torn;
         if (!along) return;
         changed = changed || !slide.moves;

@@ -58,7 +58,7 @@ def simulate(
     impact that is not valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``;
     ``detail`` gives the reason. If the law admits several v⁺, the motion
     continues from the one that ``solve`` returns by the rule of ``impact.uniqueness``;
-    ``Trajectory.several`` lists these impacts.
+    ``Trajectory.ambiguous`` lists these impacts.
 
     Args:
         scene: the robot, what acts on it, and the law of contact.
@@ -69,7 +69,7 @@ def simulate(
         settings: method, tolerances and limits; see ``MotionSettings``.
         progress: True for a progress bar on stderr, or a function that is called with the time
             [s] after every step.
-        **changes: single settings to change, such as ``rtol=1e-8`` or ``method="radau"``.
+        **changes: single settings to change, such as ``accuracy="high"`` or ``method="radau"``.
 
     Returns:
         The motion. If it ended early, ``status`` gives the reason, and the part computed until

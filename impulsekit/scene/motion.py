@@ -21,6 +21,8 @@ LEAST_STEP = 1e-9
 # Impacts further apart in time [s] are no single instant to anybody.
 LONGEST_TOGETHER = 1e-3
 METHODS = ("dop853", "radau", "rk4", "semi-implicit")
+# rtol and atol by ``accuracy``.
+TOLERANCES = {"normal": (1e-8, 1e-10), "high": (5e-11, 1e-12)}
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,10 @@ class MotionSettings:
         samples: how many states the trajectory lists, evenly from 0 to the end.
         method: "dop853" (explicit, order 8: the rule), "radau" (implicit, order 5: for
             stiff springs and dampers), or with a fixed step "rk4" and "semi-implicit".
-        rtol, atol: tolerances of a step of the first two, relative and absolute.
+        accuracy: "normal" (rtol 1e-8, atol 1e-10: a swing of seconds is right to about 1e-8)
+            or "high" (5e-11, 1e-12: to about 1e-10).
+        rtol, atol: tolerances of a step of the first two methods, relative and absolute; where
+            they are given they replace those of ``accuracy``.
         step: length of the fixed step [s].
         capture_speed: a contact that approaches more slowly than this stays [m/s]. With
             the default a ball with e = 0.9 comes to rest within 1e-6 s of its true time.
@@ -50,15 +55,17 @@ class MotionSettings:
         RangeError, NotFiniteError.
 
     Example:
-        >>> MotionSettings(duration=2.0, rtol=1e-8).method
-        'dop853'
+        >>> MotionSettings(duration=2.0).rtol, MotionSettings(accuracy="high").rtol
+        (1e-08, 5e-11)
     """
 
     duration: float = 1.0
     samples: int = 201
     method: str = "dop853"
-    rtol: float = 5e-11
-    atol: float = 1e-12
+    accuracy: str = "normal"
+    # Numbers once the settings are made.
+    rtol: float = None  # type: ignore[assignment]
+    atol: float = None  # type: ignore[assignment]
     step: float = 1e-3
     max_step: float | None = None
     stop_times: tuple[float, ...] = ()
@@ -69,6 +76,11 @@ class MotionSettings:
 
     def __post_init__(self) -> None:
         set_field = object.__setattr__
+        _check_choice("accuracy", self.accuracy, TOLERANCES)
+        _check_choice("method", self.method, METHODS)
+        for name, usual in zip(("rtol", "atol"), TOLERANCES[self.accuracy], strict=True):
+            if getattr(self, name) is None:
+                set_field(self, name, usual)
         for name, least, most, allowed in (
             ("duration", 0.0, LONGEST, "0 to 1e9 s"),
             ("rtol", LEAST_RTOL, 0.1, "1e-13 to 0.1"),
@@ -95,9 +107,6 @@ class MotionSettings:
             else:
                 set_field(self, name, value)
         set_field(self, "stop_times", _times(self.stop_times))
-        if not isinstance(self.method, str) or self.method not in METHODS:
-            wanted = ", ".join(f'"{method}"' for method in METHODS)
-            raise RangeError.of("motion: method", quoted(self.method), wanted)
 
     def changed(self, **changes: Any) -> MotionSettings:
         """The same with some settings changed.
@@ -109,10 +118,18 @@ class MotionSettings:
         for name in changes:
             if name not in known:
                 raise UnknownNameError.among("setting of a motion", name, known)
+        if "accuracy" in changes:
+            changes = {"rtol": None, "atol": None, **changes}
         try:
             return dataclasses.replace(self, **changes)
         except TypeError as error:
             raise InputError(str(error)) from None
+
+
+def _check_choice(name: str, given: Any, choices: Iterable[str]) -> None:
+    if not isinstance(given, str) or given not in choices:
+        wanted = ", ".join(f'"{choice}"' for choice in choices)
+        raise RangeError.of(f"motion: {name}", quoted(given), wanted)
 
 
 def _times(given: Any) -> tuple[float, ...]:

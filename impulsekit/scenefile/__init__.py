@@ -38,7 +38,7 @@ A file names a robot, the state it is in, and what happens to it::
     [motion]                         # MotionSettings: its fields are the keys
     duration = 2.0                   # [s]
     samples = 201
-    rtol = 5e-11
+    accuracy = "high"
 
     [[design.points]]                # DesignPoint: what ``impulsekit design`` tells
     frame = "link_10"

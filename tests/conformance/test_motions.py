@@ -46,7 +46,7 @@ def plane_mass():
 
 def follow(robot, q, v, duration, *, law=None, samples=11, **entries):
     scene = ik.Scene(robot, law=law or ik.Law(), gravity=(0, 0, -G), **entries)
-    motion = ik.simulate(scene, q, v, duration=duration, samples=samples)
+    motion = ik.simulate(scene, q, v, duration=duration, samples=samples, accuracy="high")
     assert motion.status.finished
     return motion
 

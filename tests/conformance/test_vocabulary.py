@@ -58,7 +58,7 @@ def test_solve_batch(name):
 def test_simulate(name):
     """What is held stays held, what is kept apart stays apart, and the impact is that of solve."""
     entry = ENTRIES[name]
-    motion = ik.simulate(entry.scene, entry.q, entry.v, duration=0.02, samples=5)
+    motion = ik.simulate(entry.scene, entry.q, entry.v, duration=0.02, samples=5, accuracy="high")
     assert motion.status.finished
     time, impact = motion.impacts[0]
     assert time == 0.0
@@ -117,7 +117,9 @@ def test_forces(name, tmp_path):
         ik.save_scene(tmp_path / "scene.toml", pushed.scene, pushed.q, pushed.v)
         scenes.append(ik.load_scene(tmp_path / "scene.toml").scene)
     for scene in scenes:
-        motion = ik.simulate(scene, pushed.q, pushed.v, duration=pushed.duration, samples=6)
+        motion = ik.simulate(
+            scene, pushed.q, pushed.v, duration=pushed.duration, samples=6, accuracy="high"
+        )
         assert motion.status.finished
         for t, q, v in zip(motion.t, motion.q, motion.v, strict=True):
             np.testing.assert_allclose((q[0], v[0]), pushed.expected(t), rtol=0, atol=MOTION)

@@ -42,7 +42,7 @@ def thrown(kind, seed):
 
 def check_drop(kind, seed):
     scene, q, v = thrown(kind, seed)
-    motion = ik.simulate(scene, q, v, duration=4.0, samples=2001)
+    motion = ik.simulate(scene, q, v, duration=4.0, samples=2001, accuracy="high")
     assert motion.status.finished, motion.detail
     assert np.abs(motion.v[-1]).max() < 1e-9
     # Slip that stops, turns or begins holds up no steps.
@@ -69,7 +69,7 @@ def sliding(friction, velocity, duration, **changes):
     q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
     v = box.velocity(root_joint=velocity)
     scene = ik.Scene(box, contacts=contacts)
-    return ik.simulate(scene, q, v, duration=duration, samples=41, **changes)
+    return ik.simulate(scene, q, v, duration=duration, samples=41, **changes, accuracy="high")
 
 
 def test_a_box_that_slides_and_spins_shares_its_load_as_equal_springs_do():

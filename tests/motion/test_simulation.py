@@ -14,13 +14,13 @@ def ball(spin=2.0, friction=0.3, **settings):
     floor = Contact("ball", normal=[0, 0, 1], restitution=0.7, friction=friction, name="floor")
     q = robot.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
     v = robot.velocity(root_joint=[0.3, 0, 0, 0, spin, 0])
-    return Simulation(Scene(robot, contacts=[floor]), q, v, **settings)
+    return Simulation(Scene(robot, contacts=[floor]), q, v, **settings, accuracy="high")
 
 
 def chain():
     """A pendulum of two links, with a torque to be set at each joint."""
     robot = Robot.from_urdf("models/double_pendulum.urdf")
-    return Simulation(Scene(robot), robot.configuration(), robot.velocity())
+    return Simulation(Scene(robot), robot.configuration(), robot.velocity(), accuracy="high")
 
 
 def joint_of(sim):
@@ -34,7 +34,7 @@ def test_steps_add_up_to_simulate(dt):
     for _ in range(steps):
         sim.step(dt)
     q, v = ball().q, ball().v
-    whole = simulate(sim._followed.scene, q, v, duration=sim.t)
+    whole = simulate(sim._followed.scene, q, v, duration=sim.t, accuracy="high")
     np.testing.assert_allclose(sim.q, whole.q[-1], atol=1e-12)
     np.testing.assert_allclose(sim.v, whole.v[-1], atol=1e-12)
     assert [t for t, _ in sim.impacts] == pytest.approx([t for t, _ in whole.impacts], abs=1e-13)
@@ -43,7 +43,7 @@ def test_steps_add_up_to_simulate(dt):
 def test_the_way_is_given_as_simulate_gives_it():
     sim = ball().run_until(1.0)
     way = sim.trajectory(samples=11)
-    whole = simulate(way.scene, way.q[0], way.v[0], duration=1.0, samples=11)
+    whole = simulate(way.scene, way.q[0], way.v[0], duration=1.0, samples=11, accuracy="high")
     np.testing.assert_allclose(way.t, whole.t, atol=1e-15)
     np.testing.assert_allclose(way.q, whole.q, atol=1e-12)
     assert len(way.impacts) == len(whole.impacts) == len(sim.impacts)

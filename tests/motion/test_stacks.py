@@ -55,7 +55,7 @@ def test_three_boxes_on_each_other_stay_where_they_are(friction):
     turns = [pin.rpy.rpyToMatrix(0, 0, angle) for angle in (0.0, 0.3, -0.2)]
     poses = [pose(0.02 * i, 0.01 * i, 0.05 + HIGH * i, turn) for i, turn in enumerate(turns)]
     scene, q, v = stacked(poses, friction=friction)
-    motion = ik.simulate(scene, q, v, duration=10.0, samples=21)
+    motion = ik.simulate(scene, q, v, duration=10.0, samples=21, accuracy="high")
     check(motion)
     assert not motion.impacts
     assert np.abs(motion.q - q).max() < 1e-9
@@ -74,7 +74,11 @@ def test_a_bullet_knocks_a_box_out_of_a_stack():
     }
     q = robot.configuration(at | {"bullet/root_joint": pose(-0.23, 0, 0.15, np.eye(3))})
     motion = ik.simulate(
-        scene, q, robot.velocity({"bullet/root_joint": [20, 0, 0, 0, 0, 0]}), duration=0.03
+        scene,
+        q,
+        robot.velocity({"bullet/root_joint": [20, 0, 0, 0, 0, 0]}),
+        duration=0.03,
+        accuracy="high",
     )
     check(motion)
     x, z = (motion.q[-1][i:21:7] for i in (0, 2))
@@ -98,7 +102,7 @@ def crossed(seed):
 
 def test_a_box_dropped_edge_first_on_a_box_lies_or_falls_off():
     scene, q, v = crossed(0)
-    motion = ik.simulate(scene, q, v, duration=1.0, samples=401)
+    motion = ik.simulate(scene, q, v, duration=1.0, samples=401, accuracy="high")
     check(motion)
 
 
@@ -125,7 +129,7 @@ def meeting(seed):
 
 def check_meeting(seed):
     scene, q, v = meeting(seed)
-    motion = ik.simulate(scene, q, v, duration=0.6)
+    motion = ik.simulate(scene, q, v, duration=0.6, accuracy="high")
     check(motion)
     for _, impact in motion.impacts:
         held = [body.dv_com for body in impact.bodies.values()]

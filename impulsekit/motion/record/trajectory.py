@@ -46,7 +46,7 @@ class Trajectory(SampledMotion):
     """
 
     @cached_property
-    def several(self) -> tuple[tuple[float, Impact], ...]:
+    def ambiguous(self) -> tuple[tuple[float, Impact], ...]:
         """(time [s], ``Impact``) of the impacts at which the law leaves several v⁺ open.
 
         The motion is one of those that the law allows; computed on first access, from

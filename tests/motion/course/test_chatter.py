@@ -30,7 +30,7 @@ def test_a_ball_comes_to_rest_wherever_the_floor_is(place, restitution):
     # The fall, and the geometric series of the bounces.
     fall = np.sqrt(2.0 / GRAVITY)
     lies = fall * (1.0 + 2.0 * restitution / (1.0 - restitution))
-    motion = ik.simulate(scene, q, ball.velocity(), duration=lies + 1.0, samples=2)
+    motion = ik.simulate(scene, q, ball.velocity(), duration=lies + 1.0, samples=2, accuracy="high")
     assert motion.status.finished, motion.detail
     (rest,) = motion.rests
     # Hops within the rounding of the gap are not followed.
@@ -49,7 +49,7 @@ def test_corners_that_lift_each_other_in_turn_come_to_rest(law):
     scene = ik.Scene(box, contacts=contacts, law=LAWS[law])
     turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.1, 0.0)).coeffs()
     q = box.configuration(root_joint=[0, 0, 0.1, *turn])
-    motion = ik.simulate(scene, q, box.velocity(), duration=1.5, max_impacts=1000)
+    motion = ik.simulate(scene, q, box.velocity(), duration=1.5, max_impacts=1000, accuracy="high")
     assert motion.status.finished, motion.detail
     assert np.abs(motion.v[-1]).max() < 1e-8
     assert abs(motion.q[-1][2] - 0.05) < 1e-9
@@ -70,7 +70,7 @@ def test_an_edge_whose_ends_lift_each_other_in_turn_comes_to_rest():
     turn = np.array([-0.12544, 0.23631, -0.46802, 0.84225])
     q = np.r_[0, 0, 1.55893, turn / np.linalg.norm(turn)]
     v = np.array([-0.49119, 1.1013, 0.33634, 4.56639, -4.41573, 3.12167])
-    motion = ik.simulate(scene, q, v, duration=2.5, max_impacts=300)
+    motion = ik.simulate(scene, q, v, duration=2.5, max_impacts=300, accuracy="high")
     assert motion.status.finished
     assert np.abs(motion.v[-1]).max() < 1e-10
     assert np.diff(motion.energy().total).max() < 1e-9

@@ -37,7 +37,9 @@ def gaps(motion, times):
 def test_a_struck_four_bar_stays_closed_for_ten_seconds():
     scene = four_bar(impulses=[ik.AppliedImpulse("crank", linear=[0.5, 0, 0], at=[0, 0.2, 0])])
     robot = scene.robot
-    motion = ik.simulate(scene, robot.neutral(), robot.velocity(), duration=10.0, samples=501)
+    motion = ik.simulate(
+        scene, robot.neutral(), robot.velocity(), duration=10.0, samples=501, accuracy="high"
+    )
     assert motion.status.finished
     assert gaps(motion, np.linspace(0.0, 10.0, 1501)).max() < 1e-9
     energy = motion.energy().total
@@ -70,7 +72,7 @@ def two_bodies():
 def test_what_holds_keeps_energy_and_its_own_coordinates(constraint):
     world, q, v = two_bodies()
     scene = ik.Scene(world, constraints=[constraint], gravity=[0, 0, 0])
-    motion = ik.simulate(scene, q, v, duration=3.0, samples=61)
+    motion = ik.simulate(scene, q, v, duration=3.0, samples=61, accuracy="high")
     assert motion.status.finished, motion.detail
     energy = motion.energy().total
     assert np.ptp(energy) < 1e-8 * energy[0]
@@ -103,7 +105,9 @@ def test_a_loop_meets_a_stop_and_stays_closed():
         impulses=[ik.AppliedImpulse("crank", linear=[0.3, 0, 0], at=[0, 0.2, 0])],
     )
     robot = scene.robot
-    motion = ik.simulate(scene, robot.neutral(), robot.velocity(), duration=2.0, samples=201)
+    motion = ik.simulate(
+        scene, robot.neutral(), robot.velocity(), duration=2.0, samples=201, accuracy="high"
+    )
     assert motion.status.finished, motion.detail
     assert len(motion.impacts) > 1
     assert motion.q[:, 2].max() < 0.3 + 1e-9

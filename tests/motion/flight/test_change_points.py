@@ -64,7 +64,7 @@ CASES = [(1.0, 1.0, 2, 20.0), (1.0, 1.0, 2, 6.0), (0.5, 1.3, 2, 12.0), (0.4, 1.1
 @pytest.mark.parametrize(("crank", "rail", "count", "speed"), CASES)
 def test_cranks_turn_past_their_change_points(crank, rail, count, speed):
     scene = cranks(crank, rail, count)
-    motion = ik.simulate(scene, *turning(scene, 1.2, speed), duration=2.0)
+    motion = ik.simulate(scene, *turning(scene, 1.2, speed), duration=2.0, accuracy="high")
     assert motion.status.name == "FINISHED"
     angles, speeds = pendulum(crank, count, 1.2, speed, motion.t)
     assert np.abs(np.diff(np.floor(angles / np.pi))).sum() >= 2
@@ -102,7 +102,7 @@ def crossed(crank: float, rail: float, angle: float, speed: float) -> tuple[ik.S
 @pytest.mark.slow
 def test_a_crossed_parallelogram_stays_crossed():
     scene, start = crossed(1.0, 2.0, 1.5, 6.0)
-    motion = ik.simulate(scene, *start, duration=1.0)
+    motion = ik.simulate(scene, *start, duration=1.0, accuracy="high")
     assert motion.status.name == "FINISHED"
     drive, axle = (
         scene.robot.model.joints[scene.robot.joint_id(name)].idx_v for name in ("drive", "axle_1")

@@ -12,7 +12,7 @@ from ..models import sliders
 def follow(robot, q, v, duration, **parts):
     changes = parts.pop("changes", {})
     scene = ik.Scene(robot, gravity=[0, 0, 0], **parts)
-    return ik.simulate(scene, q, v, duration=duration, **changes)
+    return ik.simulate(scene, q, v, duration=duration, **changes, accuracy="high")
 
 
 def test_a_stiff_damper_is_radaus_work():

@@ -16,7 +16,7 @@ def test_a_stop_that_gives_way_throws_back_after_half_a_period(acts, way):
     k, m, rest, speed = 400.0, robot.mass, way * 0.2, way * 1.5
     stop = ik.JointSpring("z00", stiffness=k, rest=rest, acts=acts, name="stop")
     scene = ik.Scene(robot, forces=[stop], gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.0], [speed], duration=1.0, samples=101)
+    motion = ik.simulate(scene, [0.0], [speed], duration=1.0, samples=101, accuracy="high")
     omega = np.sqrt(k / m)
     met = rest / speed
     gone = met + np.pi / omega
@@ -34,7 +34,7 @@ def test_a_damper_on_one_side_only_pushes():
     k, c, m = 100.0, 6.0, robot.mass
     pad = ik.JointSpring("z00", stiffness=k, damping=c, acts="above")
     scene = ik.Scene(robot, forces=[pad], gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.0], [1.0], duration=1.0, samples=401)
+    motion = ik.simulate(scene, [0.0], [1.0], duration=1.0, samples=401, accuracy="high")
     # While it pushes it is a damped oscillator from 0; it lets go when k q + c v is zero.
     decay, omega = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
     t = motion.t
@@ -54,7 +54,7 @@ def test_a_rubber_rope_pulls_and_a_buffer_pushes():
         between = ik.Spring("z", stiffness=k, rest_length=length, acts=acts, name="between")
         scene = ik.Scene(robot, forces=[between], gravity=NOWHERE)
         q, v = robot.configuration(along_x=start), robot.velocity(along_x=speed)
-        motion = ik.simulate(scene, q, v, duration=1.2, samples=61)
+        motion = ik.simulate(scene, q, v, duration=1.2, samples=61, accuracy="high")
         t, met = motion.t, 0.5
         gone = met + np.pi / omega
         inside = length + sign / omega * np.sin(omega * (t - met))
@@ -71,7 +71,9 @@ def test_a_table_of_torques_is_followed_to_its_corners():
     # A triangle that lasts a ten-thousandth of the motion, and a constant end.
     table = ik.TorqueTable([1.0, 1.0001, 1.0002, 2.0, 3.0], [0.0, 40.0, 0.0, 0.0, 2.0])
     scene = ik.Scene(robot, forces=[ik.Actuator("z00", table)], gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.0], [0.0], duration=4.0, samples=[0.9, 1.5, 3.0, 4.0])
+    motion = ik.simulate(
+        scene, [0.0], [0.0], duration=4.0, samples=[0.9, 1.5, 3.0, 4.0], accuracy="high"
+    )
     momentum = robot.mass * motion.v[:, 0]
     np.testing.assert_allclose(momentum, [0.0, 0.004, 1.004, 3.004], atol=1e-12)
 
@@ -89,7 +91,7 @@ def test_the_damping_of_joints_is_there_on_request():
     rod = ik.models.pendulum_urdf(1).replace("<axis", '<dynamics damping="0.7"/><axis')
     robot = ik.Robot.from_urdf(rod)
     scene = ik.Scene.of_robot(robot, joint_damping=True, gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.0], [2.0], duration=1.0, samples=5)
+    motion = ik.simulate(scene, [0.0], [2.0], duration=1.0, samples=5, accuracy="high")
     (link,) = [link for link in robot.links if link.mass > 0]
     inertia = link.inertia_in_joint_axes[1, 1] + link.mass * link.com_in_joint @ link.com_in_joint
     np.testing.assert_allclose(motion.v[:, 0], 2.0 * np.exp(-0.7 * motion.t / inertia), rtol=1e-9)

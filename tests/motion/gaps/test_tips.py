@@ -40,7 +40,9 @@ def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(e):
     q[6] = np.cos(0.25 * np.pi - begin / 2)
     # θ̇ ~ √(begin − θ): with θ = begin − s² nothing is singular.
     time, _ = quad(lambda s: 2.0 * s / rate(begin - s * s, begin), 1e-9, np.sqrt(begin))
-    motion = ik.simulate(scene, q, np.zeros(6), duration=time + 1e-5, max_steps=1000)
+    motion = ik.simulate(
+        scene, q, np.zeros(6), duration=time + 1e-5, max_steps=1000, accuracy="high"
+    )
     assert motion.status.finished
     met = [(t, impact) for t, impact in motion.impacts if t > 0.5 * time]
     assert met[0][0] == pytest.approx(time, abs=1e-8)
@@ -81,7 +83,9 @@ def test_a_capsule_that_comes_to_lie_on_a_half_space_needs_few_steps(q, v):
         contact = ik.Collision("foot", "floor", friction=0.6, restitution=0.3)
         scene = ik.Scene(robot, contacts=[contact])
         # Points that were found anew, within 1e-7 m of the floor, came and went at trial states.
-        motion = ik.simulate(scene, np.array(q, dtype=float), np.array(v, dtype=float), 0.2)
+        motion = ik.simulate(
+            scene, np.array(q, dtype=float), np.array(v, dtype=float), 0.2, accuracy="high"
+        )
         assert motion.status.finished
         assert len(motion.step_times) < 100
         ends.append(motion.q[-1])

@@ -22,7 +22,9 @@ BLOCK = ik.Robot.from_urdf(f'<robot name="block">{link("block")}</robot>', root=
 def slid(friction, v, duration, gravity=(0, 0, -G), **more):
     floor = ik.Contact("block", friction=friction, name="floor")
     scene = ik.Scene(BLOCK, contacts=[floor], gravity=gravity, **more)
-    return ik.simulate(scene, BLOCK.neutral(), BLOCK.velocity(root_joint=v), duration=duration)
+    return ik.simulate(
+        scene, BLOCK.neutral(), BLOCK.velocity(root_joint=v), duration=duration, accuracy="high"
+    )
 
 
 def friction_on(slip, load, first, second):
@@ -80,7 +82,11 @@ def test_ribs_turn_with_the_plate_that_has_them():
     turning = ik.Driven("spin", lambda t: rate * t)
     scene = ik.Scene(table, contacts=[plane], constraints=[turning])
     motion = ik.simulate(
-        scene, table.configuration(rail=[0.2]), table.velocity(spin=[rate], rail=[1.0]), 0.3
+        scene,
+        table.configuration(rail=[0.2]),
+        table.velocity(spin=[rate], rail=[1.0]),
+        0.3,
+        accuracy="high",
     )
 
     def rates(t, y):

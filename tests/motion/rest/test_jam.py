@@ -53,7 +53,7 @@ def test_a_jammed_end_stops_at_once_and_the_motion_goes_on(rod, degrees, law):
     angle = np.radians(degrees)
     for slip, spin in ((-2.0, 0.0), (-0.3, 1.0), (-2.0, -1.0)):
         scene, q, v = sliding(rod, angle, slip, spin, law=law, restitution=0.6)
-        motion = ik.simulate(scene, q, v, duration=0.1, samples=51)
+        motion = ik.simulate(scene, q, v, duration=0.1, samples=51, accuracy="high")
         assert motion.status.finished, motion.detail
         time, jam = motion.impacts[0]
         assert time == 0.0
@@ -70,7 +70,7 @@ def test_a_jammed_end_stops_at_once_and_the_motion_goes_on(rod, degrees, law):
 @pytest.mark.parametrize("slip", [-2.0, 2.0])
 def test_outside_these_angles_nothing_jams_at_the_start(rod, degrees, slip):
     scene, q, v = sliding(rod, np.radians(degrees), slip, 0.0)
-    motion = ik.simulate(scene, q, v, duration=1e-3)
+    motion = ik.simulate(scene, q, v, duration=1e-3, accuracy="high")
     assert motion.status.finished
     assert not motion.impacts
 
@@ -79,7 +79,7 @@ def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
     # At 40 degrees with spin enough to come to 45 while it slides.
     for spin in (0.5, 2.0, 4.0):
         scene, q, v = sliding(rod, np.radians(40.0), -6.0, spin)
-        motion = ik.simulate(scene, q, v, duration=0.5)
+        motion = ik.simulate(scene, q, v, duration=0.5, accuracy="high")
         assert motion.status.finished, motion.detail
         assert np.diff(motion.energy().total).max() < 1e-8
 
@@ -96,7 +96,7 @@ def test_feet_of_a_robot_that_jam_one_after_the_other():
     springs = [ik.JointSpring(name, stiffness=3000.0, damping=0.5) for name in joints]
     contacts = [ik.Contact(foot, friction=0.6) for foot in feet]
     scene = ik.Scene(robot, contacts=contacts, forces=springs)
-    motion = ik.simulate(scene, q, robot.velocity(), duration=0.21, samples=43)
+    motion = ik.simulate(scene, q, robot.velocity(), duration=0.21, samples=43, accuracy="high")
     assert motion.status is ik.MotionStatus.FINISHED
     # Nothing drives it: energy only falls, up to what integration leaves.
     energy = motion.energy().total

@@ -16,7 +16,7 @@ def test_an_oscillator_loses_two_widths_a_half_swing_and_stops_in_its_dead_zone(
     robot, k, bound, start = sliders(1), 100.0, 3.0, 0.5
     forces = [ik.JointSpring("z00", k), ik.JointFriction("z00", bound, name="dry")]
     motion = ik.simulate(
-        ik.Scene(robot, forces=forces, gravity=NOWHERE), [start], [0.0], duration=5
+        ik.Scene(robot, forces=forces, gravity=NOWHERE), [start], [0.0], duration=5, accuracy="high"
     )
     half, width = np.pi / np.sqrt(k / robot.mass), bound / k
     # |x| = 0.5, 0.44, ... at each turn; below 0.03 it stays.
@@ -44,7 +44,9 @@ def test_two_joints_give_way_one_after_the_other():
     pull = ik.AppliedForce("y", linear=lambda t: [2.0 * t, 0, 0])
     dry = [ik.JointFriction("y", c2, name="y_dry")]
     dry += [ik.JointFriction("x", share * c1, name=f"x {share}") for share in (0.4, 0.6)]
-    motion = ik.simulate(ik.Scene(robot, forces=[pull, *dry], gravity=NOWHERE), [0, 0], [0, 0], 6.0)
+    motion = ik.simulate(
+        ik.Scene(robot, forces=[pull, *dry], gravity=NOWHERE), [0, 0], [0, 0], 6.0, accuracy="high"
+    )
     # Both move with (2 t - c1)/(m1 + m2) from 0.5 s on, until c2 = m1 a + c1 no longer does it.
     first, t = c1 / 2.0, 0.5 * (c1 + (c2 - c1) * (m1 + m2) / m1)
     x, v = (t - first) ** 3 / 3.0 / (m1 + m2), (t - first) ** 2 / (m1 + m2)
@@ -65,7 +67,7 @@ def test_a_loop_is_held_by_all_of_its_joints_together():
     for bound, holds in ((robot.mass * G / 3 * 1.001, True), (robot.mass * G / 3 * 0.999, False)):
         dry = [ik.JointFriction(f"z0{i}", bound, name=f"d{i}") for i in range(3)]
         scene = ik.Scene(robot, constraints=tie, forces=dry, gravity=[0, 0, -G])
-        motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=1.0)
+        motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=1.0, accuracy="high")
         told = sum(motion.forces[f"d{i}"].force(0.5)[0] for i in range(3))
         fallen = 0.0 if holds else 0.5 * 0.001 * G
         np.testing.assert_allclose(told, robot.mass * (G - 2 * fallen), rtol=1e-9)
@@ -79,7 +81,7 @@ def test_contacts_and_joints_hold_together():
     dry = ik.JointFriction("along_x", bound, name="dry")
     pull = ik.AppliedForce("z", linear=lambda t: [4.0 * t, 0, 0])
     scene = ik.Scene(robot, contacts=[floor], forces=[dry, pull])
-    motion = ik.simulate(scene, robot.neutral(), robot.velocity(), duration=4.0)
+    motion = ik.simulate(scene, robot.neutral(), robot.velocity(), duration=4.0, accuracy="high")
     most = mu * 2.0 * G + bound
     late = 4.0 - most / 4.0
     np.testing.assert_allclose(motion.q[-1, 0], late**3 / 3.0, rtol=1e-9)
@@ -113,7 +115,7 @@ def test_a_joint_at_its_stop_is_held_by_both():
     stop = ik.JointStop("z00", upper=0.2, restitution=0.5, name="stop")
     forces = [ik.Actuator("z00", 10.0), ik.JointFriction("z00", 3.0, name="dry")]
     scene = ik.Scene(robot, contacts=[stop], forces=forces, gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0)
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.0, accuracy="high")
     assert abs(motion.v[-1, 0]) < 1e-13
     assert motion.contacts["stop"].force(0.9) + motion.forces["dry"].force(0.9) == pytest.approx(
         -10

@@ -14,7 +14,7 @@ def test_a_contact_lets_go_when_its_force_turns():
     robot = sliders(1)
     lift = ik.AppliedForce("b00", linear=lambda t: (0.0, 0.0, 20.0 * t))
     scene = ik.Scene(robot, contacts=[ik.Contact("b00", name="floor")], forces=[lift])
-    motion = ik.simulate(scene, [0.0], [0.0], duration=1.5)
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.5, accuracy="high")
     off = GRAVITY / 20.0
     (rest,) = motion.rests
     assert rest.end == pytest.approx(off, abs=1e-3)
@@ -27,7 +27,7 @@ def test_a_stop_bears_a_joint_and_lets_it_go():
     pull = ik.AppliedForce("b00", linear=lambda t: (0.0, 0.0, 4.0 * GRAVITY if t > 1.0 else 0.0))
     stop = ik.JointStop("z00", lower=-0.5)
     scene = ik.Scene(robot, contacts=[stop], forces=[pull])
-    motion = ik.simulate(scene, [0.0], [0.0], duration=1.2)
+    motion = ik.simulate(scene, [0.0], [0.0], duration=1.2, accuracy="high")
     (rest,) = motion.rests
     assert rest.start == pytest.approx(np.sqrt(1.0 / GRAVITY), abs=1e-9)
     assert rest.end == pytest.approx(1.0, abs=1e-6)
@@ -40,7 +40,7 @@ def test_a_slip_that_begins_slowly_turns_as_it_should():
 
     contact = ik.Contact("z", friction=0.3, name="floor")
     scene = ik.Scene(particle(), contacts=[contact], forces=[ik.AppliedForce("z", linear=pull)])
-    motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=0.02)
+    motion = ik.simulate(scene, [0, 0, 0], [0, 0, 0], duration=0.02, accuracy="high")
     assert motion.status.finished
 
     hold = 0.3 * 2.0 * GRAVITY
@@ -83,7 +83,7 @@ def test_solo12_dropped_on_a_rough_floor_comes_to_rest():
     ]
     contacts = [ik.Contact(foot, friction=0.8, restitution=0.2, name=foot) for foot in FEET]
     scene = ik.Scene(solo, contacts=contacts, forces=forces)
-    motion = ik.simulate(scene, q, solo.velocity(), duration=5.0, samples=501)
+    motion = ik.simulate(scene, q, solo.velocity(), duration=5.0, samples=501, accuracy="high")
     assert motion.status.finished, motion.detail
     assert min(lowest(motion.at(t)[0]) for t in np.linspace(0, 5, 3001)) > -1e-6
     assert np.abs(motion.v[-1]).max() < 1e-9
@@ -97,7 +97,9 @@ def test_slow_slip_at_the_start_is_kept():
     robot, mu, slip = particle(mass=2.0), 0.5, 5e-8
     pull = ik.AppliedForce("z", linear=[mu * 2.0 * GRAVITY, 0, 0])
     scene = ik.Scene(robot, contacts=[ik.Contact("z", friction=mu)], forces=[pull])
-    motion = ik.simulate(scene, robot.neutral(), robot.velocity(along_x=slip), duration=1.0)
+    motion = ik.simulate(
+        scene, robot.neutral(), robot.velocity(along_x=slip), duration=1.0, accuracy="high"
+    )
     np.testing.assert_allclose(motion.q[-1, 0], slip, rtol=1e-6)
 
 
@@ -112,7 +114,7 @@ def test_very_slow_slip_says_that_radau_helps():
     pull = [mu * box.mass * GRAVITY * (1 + 1e-4), 0, 0]
     scene = ik.Scene(box, contacts=corners, forces=[ik.AppliedForce("box", pull, at=[0, 0, -0.05])])
     q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
-    stopped = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60)
+    stopped = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60, accuracy="high")
     assert stopped.status is ik.MotionStatus.TOO_MANY_STEPS
     assert 'method="radau"' in stopped.detail
     motion = ik.simulate(scene, q, box.velocity(), duration=0.2, method="radau")
