@@ -44,19 +44,6 @@ Pack flaw(const std::vector<Pack>& x) {
     return sum;
 }
 
-// First entry and number of each unit vector in q.
-std::vector<std::pair<int, int>> units_of(const Model& model) {
-    std::vector<std::pair<int, int>> units;
-    for (std::size_t k = 1; k < model.bodies.size(); ++k) {
-        const Body& body = model.bodies[k];
-        if (body.joint == Joint::ball) units.emplace_back(body.q, 4);
-        if (body.joint == Joint::free) units.emplace_back(body.q + 3, 4);
-        if (body.joint == Joint::circle) units.emplace_back(body.q, 2);
-        if (body.joint == Joint::planar) units.emplace_back(body.q + 2, 2);
-    }
-    return units;
-}
-
 // One thread's room for eight states.
 class Block {
   public:
@@ -103,7 +90,7 @@ class Block {
             strike_rows();
         write();
         if (needs_loads_) load();
-        if (b_.out.slopes && by_articulated_) differentiate_freely();
+        if (b_.out.existence && by_articulated_) differentiate_freely();
     }
 
   private:
@@ -198,7 +185,7 @@ class Block {
             std::int8_t& code = b_.out.codes[first_ + k];
             if (code == 0 && flaws[k] != 0.0) code = kSingularMass;
         }
-        if (needs_loads_ || b_.out.slopes) {
+        if (needs_loads_ || b_.out.existence) {
             tree_.place(q_.data());
             multipliers_.assign(1, Pack{});
         }
@@ -219,7 +206,7 @@ class Block {
         multipliers_.assign(scene_.rows() + 1, Pack{});
         std::fill(dv_.begin(), dv_.end(), Pack{});
         for (int k = 0; k < count_; ++k) {
-            if (b_.out.slopes) leave_slopes(first_ + k);
+            if (b_.out.existence) leave_slopes(first_ + k);
             if (b_.out.codes[first_ + k] == 0) solve_lane(k);
         }
     }
@@ -295,6 +282,11 @@ class Block {
         for (int k = 1; k < tree_.count(); ++k) inertias[k] = tree_.in_world(k, inertia_at(k));
         const std::vector<char> all(tree_.count(), 1);
         std::vector<Pack> w(model_.nv), x(model_.nv), slopes(derivation_.slopes());
+        for (int k = 0; k < count_; ++k) {
+            leave_slopes(first_ + k);
+            if (b_.out.codes[first_ + k] == 0)
+                b_.out.existence[first_ + k] = static_cast<std::int8_t>(Existence::exists);
+        }
         for (std::size_t i = 0; i < sets(); ++i) {
             for (int k = 0; k < kLanes; ++k) {
                 weigh(row_of(k));
@@ -306,9 +298,7 @@ class Block {
                             dv_.data(), slopes.data());
             for (int k = 0; k < count_; ++k) {
                 const std::size_t row = first_ + k;
-                if (i == 0) leave_slopes(row);
                 if (b_.out.codes[row] != 0) continue;
-                b_.out.existence[row] = static_cast<std::int8_t>(Existence::exists);
                 for (std::size_t j = 0; j < count; ++j)
                     b_.out.slopes[(row * sets() + i) * count + j] = slopes[b_.in.parameters[j]][k];
             }
@@ -343,7 +333,7 @@ class Block {
         coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
         solve_impact(p, solution_);
         code = static_cast<std::int8_t>(code_of(solution_));
-        if (b_.out.slopes) differentiate(k, row, p);
+        if (b_.out.existence) differentiate(k, row, p);
         if (solution_.failure != ImpactSolution::Failure::none) return;
         keep(k, M);
     }

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "coefficients.hpp"
@@ -148,5 +149,11 @@ void pull_back_all(const Derivation& of, const double* weights, int count, doubl
 template <typename S>
 void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* inertias,
                      const S* impulses, const S* weights, const S* x, const S* change, S* slopes);
+
+// First entry and number of each unit vector in q.
+std::vector<std::pair<int, int>> units_of(const Model& model);
+
+// Slopes (nq) by the entries of q, of slopes (nv) on its tangent: Eᵀ⁺ with q ⊕ δ = q + E δ.
+void slopes_by_entries(const Model& model, const double* q, const double* slopes, double* to);
 
 }  // namespace impulsekit

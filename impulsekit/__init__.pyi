@@ -5,6 +5,8 @@ from . import long as long
 from . import measured as measured
 from . import models as models
 from . import study as study
+from .batch.derivatives import derivatives_batch as derivatives_batch
+from .batch.derivatives import vjp as vjp
 from .batch.motions.result import MotionBatch as MotionBatch
 from .batch.motions.simulate import simulate_batch as simulate_batch
 from .batch.result import ImpactBatch as ImpactBatch

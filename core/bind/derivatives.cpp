@@ -215,6 +215,20 @@ void bind_derivatives(nb::module_& module) {
             return found;
         });
     bind_derive(module);
+    module.def("unit_parts", &units_of, nb::arg("model"),
+               "Return first entry and number of each unit vector in q.");
+    module.def(
+        "slopes_by_entries",
+        [](const Model& model, const Array& q, const Array& slopes) {
+            const std::size_t nq = model.nq, nv = model.nv, B = q.size() / std::max(model.nq, 1);
+            const double *at = data_of(q, B * nq, "q"), *g = data_of(slopes, B * nv, "slopes");
+            std::vector<double> to(B * nq);
+            for (std::size_t i = 0; i < B; ++i)
+                slopes_by_entries(model, at + i * nq, g + i * nv, to.data() + i * nq);
+            return array_of(to);
+        },
+        nb::arg("model"), nb::arg("q"), nb::arg("slopes"), nb::rv_policy::automatic,
+        "Return (B nq) slopes by the entries of q, of those (B, nv) on its tangent.");
     module.def(
         "parameter_places",
         [](const GivenScene& self) {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     from .inputs import Varied
 
-__all__ = ["solve_batch"]
+__all__ = ["run", "solve_batch"]
 
 Progress = Callable[[int, int], object]
 
@@ -108,17 +109,38 @@ def solve_batch(
         return _on_dask(scene, given, tuple(dict.fromkeys(outputs)), threads, client)
     inputs = batch_inputs(scene, **given)
     first = is_new(scene)
+    with shown(progress, inputs.size) as tell:
+        solved = run(scene, inputs, outputs, threads, tell=tell if progress else None)
+    if first:
+        warn_of_setup(solved.doubts)
+    return solved
+
+
+def run(
+    scene: Scene,
+    inputs: BatchInputs,
+    outputs: Sequence[str],
+    threads: int | None,
+    given: Mapping[str, Any] = MappingProxyType({}),
+    found: Mapping[str, np.ndarray] = MappingProxyType({}),
+    tell: Any = None,
+) -> ImpactBatch:
+    """Solve the rows of a batch.
+
+    Args:
+        given, found: more that the core takes, and that it fills.
+        tell: called with the number of rows done.
+    """
     program = program_of(scene, links=inputs.links, pointed=inputs.pointed)
     looked_at = ("gaps",) if scene.contacts and scene.gap_bound < np.inf else ()
     shapes = {name: (inputs.size, *shape_of(scene, name)) for name in (*outputs, *looked_at)}
     arrays = {name: np.empty(shape) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
-    with shown(progress, inputs.size) as tell:
-        widest_core().solve_batch(
-            program.flat.core, program.law, program.is_regular, program.joints, program.links,
-            _given(program, inputs), inputs.codes, arrays, codes, _threads(threads),
-            None if not progress else tell,
-        )  # fmt: skip
+    widest_core().solve_batch(
+        program.flat.core, program.law, program.is_regular, program.joints, program.links,
+        {**_given(program, inputs), **given}, inputs.codes, {**arrays, **found}, codes,
+        _threads(threads), tell,
+    )  # fmt: skip
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
     if failed.any():
         for array in arrays.values():
@@ -127,8 +149,6 @@ def solve_batch(
         arrays["uniqueness"] = verdicts_of(scene, inputs, codes)
     doubts = tuple(_open_contacts(scene, arrays["gaps"])) if looked_at else ()
     lock(*arrays.values(), codes)
-    if first:
-        warn_of_setup(doubts)
     return ImpactBatch(codes, program.plan, {name: arrays[name] for name in outputs}, doubts)
 
 
