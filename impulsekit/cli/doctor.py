@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import click
+import packaging.requirements
+from packaging.specifiers import SpecifierSet
 
 from .. import __version__
 
@@ -35,19 +37,14 @@ class Requirement:
     """A line of the package's own metadata: ``extra`` is "" for the core."""
 
     name: str
-    bounds: str
+    bounds: SpecifierSet
     extra: str
-
-    @property
-    def installed(self) -> str | None:
-        """The version that is installed, or None."""
-        return installed(self.name)
 
     @property
     def verdict(self) -> str:
         """ "ok", or what is wrong and the line that puts it right."""
-        version = self.installed
-        if version is not None and within(version, self.bounds):
+        version = installed(self.name)
+        if version is not None and self.bounds.contains(version, prereleases=True):
             return "ok"
         fault = "missing" if version is None else f"expected {self.bounds}"
         return f'{fault}: pip install "{self.name}{self.bounds}"'
@@ -64,7 +61,7 @@ def doctor(ctx: click.Context) -> None:
         ["python", platform.python_version(), "core", sys.executable],
         ["impulsekit", __version__, "core", str(Path(__file__).parents[1])],
     ]
-    rows += [[r.name, r.installed or "-", r.extra or "core", r.verdict] for r in needed]
+    rows += [[r.name, installed(r.name) or "-", r.extra or "core", r.verdict] for r in needed]
     click.echo("\n".join(table(["package", "version", "part", "state"], rows)))
     click.echo()
     warnings = [f"{r.name}: {r.verdict}" for r in needed if not r.extra and r.verdict != "ok"]
@@ -90,39 +87,12 @@ def requirements() -> list[Requirement]:
     lines: list[str] = []
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         lines = importlib.metadata.requires("impulsekit") or []
-    for line in lines:
-        spec, _, marker = line.partition(";")
-        match = re.match(r"([A-Za-z0-9._-]+)\s*(\[[^]]*\])?\s*(.*)", spec.strip())
-        if match is None or match[1] == "impulsekit":
-            continue
-        extra = re.search(r"""extra\s*==\s*["']([^"']+)""", marker)
+    for need in map(packaging.requirements.Requirement, lines):
+        extra = re.search(r"""extra\s*==\s*["']([^"']+)""", str(need.marker))
         part = extra[1] if extra else ""
-        if part == "all":
-            continue
-        found.setdefault((match[1], part), Requirement(match[1], match[3].strip("() "), part))
+        if need.name != "impulsekit" and part != "all":
+            found.setdefault((need.name, part), Requirement(need.name, need.specifier, part))
     return sorted(found.values(), key=lambda r: r.extra != "")
-
-
-def within(version: str, bounds: str) -> bool:
-    """Return whether a version keeps bounds such as "<5,>=4.1"; other signs are ignored.
-
-    Example:
-        >>> within("4.10.1", "<5,>=4.1"), within("5.0", "<5,>=4.1")
-        (True, False)
-    """
-    mine = _numbers(version)
-    for sign, bound in re.findall(r"(>=|<(?!=))\s*([0-9][0-9.]*)", bounds):
-        limit = _numbers(bound)
-        size = max(len(mine), len(limit))
-        below = mine + (0,) * (size - len(mine)) < limit + (0,) * (size - len(limit))
-        if below == (sign == ">="):
-            return False
-    return True
-
-
-def _numbers(version: str) -> tuple[int, ...]:
-    match = re.match(r"\d+(\.\d+)*", version)
-    return tuple(map(int, match[0].split("."))) if match else ()
 
 
 def _pinocchio() -> list[str]:
