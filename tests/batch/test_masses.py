@@ -1,7 +1,6 @@
 """Masses that vary, against robots that were made with these masses."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -46,20 +45,6 @@ def test_against_urdfs_with_these_masses(restitution):
         size = np.abs(impact.v_after).max()
         assert np.abs(batch.v_after[i] - impact.v_after).max() < 1e-12 * size
         assert batch.energy_change[i] == pytest.approx(impact.energy.change, rel=1e-10)
-
-
-def test_one_factor_for_all_rows_and_models_without_urdf():
-    model = ik.Robot.from_example("panda").model
-    robot = ik.Robot.from_model(model)
-    blow = [ik.AppliedImpulse("panda_hand", [0, 0, 1])]
-    q, _ = random_states(robot, 9)
-    batch = ik.solve_batch(ik.Scene(robot, blow), q, masses={"panda_link5": 2.0})
-    heavier = pin.Model(model)
-    joint = heavier.frames[heavier.getFrameId("panda_link5")].parentJoint
-    own = heavier.inertias[joint]
-    heavier.inertias[joint] = pin.Inertia(2 * own.mass, own.lever, 2 * own.inertia)
-    other = ik.solve_batch(ik.Scene(ik.Robot.from_model(heavier), blow), q)
-    assert batch.v_after == pytest.approx(other.v_after, rel=1e-12, abs=1e-12)
 
 
 def test_rows_out_of_range_and_links_that_cannot_be_scaled():

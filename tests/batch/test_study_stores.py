@@ -168,14 +168,6 @@ def test_another_collision_geometry_is_another_study(files, tmp_path, change):
         run_study(load_study(files(**changed)), tmp_path / "rows")
 
 
-def test_what_was_solved_before_does_not_change_the_fingerprint(files, tmp_path):
-    write_obj(tmp_path / "m.obj", 0.2)
-    fresh, used = (load_study(files(shape='<mesh filename="m.obj"/>')) for _ in range(2))
-    ik.solve(used.scene, used.q, used.v)
-    ik.simulate(used.scene, used.q, used.v, duration=0.001)
-    assert used.fingerprint == fresh.fingerprint
-
-
 def fingerprint_of(robot=None, contact=None, impulses=(), **options):
     robot = ik.Robot.from_example("solo12", root="freeflyer") if robot is None else robot
     contacts = [contact] if contact is not None else []
@@ -265,20 +257,6 @@ def test_only_one_run_writes_at_a_time(files, tmp_path):
 def same_rows(one, other):
     a, b = open_study(one), open_study(other)
     return all(np.array_equal(a[name].values, b[name].values) for name in a.data_vars)
-
-
-@pytest.mark.slow
-def test_the_lock_of_a_dead_process_is_none(files, tmp_path):
-    study = load_study(files())
-    code = (
-        "import sys, os, pathlib; from impulsekit.batch.study.lock import lock_store\n"
-        "with lock_store(pathlib.Path(sys.argv[1])): print(flush=True); os.kill(os.getpid(), 9)"
-    )
-    (tmp_path / "rows").mkdir()
-    subprocess.run([sys.executable, "-c", code, tmp_path / "rows"], check=False)
-    assert (tmp_path / "rows" / "writer.lock").read_text()
-    run_study(study, tmp_path / "rows")
-    assert summarize(tmp_path / "rows").complete
 
 
 def test_a_store_that_is_taken_away_gets_nothing_more(files, tmp_path):

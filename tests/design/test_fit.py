@@ -80,26 +80,6 @@ def test_inertias_of_a_link():
     assert found.values == pytest.approx(values[[0, 3, 6]], rel=1e-6)
 
 
-@pytest.mark.slow
-@pytest.mark.sweep
-@pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
-def test_intervals_cover_as_they_say(told):
-    scene, throws = thrown(0.55, 0.25, count=3)
-    truth, _ = thrown(0.6, 0.3)
-    rng = np.random.default_rng(42)
-    runs = 200 if told else 120
-    covered = np.zeros(2)
-    after = [ik.solve(truth, q, v).v_after for q, v in throws]
-    for _ in range(runs):
-        noisy = [
-            Measurement(scene, q, v, a + 0.02 * rng.normal(size=6), 0.02 if told else None)
-            for (q, v), a in zip(throws, after, strict=True)
-        ]
-        low, high = fit(noisy).intervals(0.95).T
-        covered += (low <= [0.6, 0.3]) & (high >= [0.6, 0.3])
-    assert ((covered / runs >= 0.90) & (covered / runs <= 0.99)).all()
-
-
 def test_what_no_contact_tells_is_said_and_is_not_converged():
     scene, throws = thrown(0.5, 9.0)
     found = fit(measured(scene, scene, throws, 1e-3, np.random.default_rng(1)))
@@ -180,21 +160,3 @@ def test_a_fit_that_starts_where_every_contact_sticks_finds_the_friction():
     found = fit(measured(truth, scene, throws, 1e-6, np.random.default_rng(3)))
     assert found.values == pytest.approx([0.7, 0.15], abs=1e-4)
     assert found.converged and not found.notes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("told", [True, False], ids=["sigma given", "sigma estimated"])
-def test_noise_in_the_velocities_before_is_in_the_intervals(told):
-    # It goes through the impact: all numbers of a measurement are off together.
-    covered, runs = np.zeros(2), 12
-    for seed in range(runs):
-        rng = np.random.default_rng(seed)
-        scene, throws = thrown(count=10, seed=seed)
-        truth, _ = thrown(0.73, 0.31)
-        noisy = [
-            Measurement(scene, m.q, m.v_before + 1e-2 * rng.normal(size=6), m.v_after, m.sigma)
-            for m in measured(truth, scene, throws, 1e-3, rng, told=told)
-        ]
-        low, high = fit(noisy).intervals(0.95).T
-        covered += (low <= [0.73, 0.31]) & (high >= [0.73, 0.31])
-    assert (covered >= 0.8 * runs).all()

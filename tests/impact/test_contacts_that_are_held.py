@@ -111,14 +111,6 @@ def test_what_moves_along_its_plane_needs_nothing(
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_friction_has_one_status_at_every_posture(robot: ik.Robot, law: str) -> None:
-    """What P_n may be nobody tells; whether v⁺ is known is no matter of rounding."""
-    impacts = struck(robot, "hinge", "pins", law, 0.0, 0.5)
-    assert len({impact.status for impact, _ in impacts}) == 1
-    assert impacts[0][0].status is not ik.Status.NO_SOLUTION
-
-
-@pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("case", CASES)
 def test_what_is_led_into_its_plane_has_no_solution(robot: ik.Robot, case: str, law: str) -> None:
     """However slowly: 1e-9 m/s is no rounding of 1 m/s. What parts as slowly needs nothing."""

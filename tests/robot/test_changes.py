@@ -142,19 +142,3 @@ def test_a_mistake_is_named(mistake, kind, words):
     with pytest.raises(kind) as caught:
         mistake(ik.Robot.from_example("ur5"))
     assert words in str(caught.value)
-
-
-def test_a_sliding_joint_is_locked_where_it_is_told():
-    panda = ik.Robot.from_example("panda")
-    locked = panda.with_lock({"panda_finger_joint1": 0.03})
-    data = locked.model.createData()
-    pin.framesForwardKinematics(locked.model, data, locked.neutral())
-    whole = panda.model.createData()
-    q = panda.configuration(panda_finger_joint1=0.03)
-    pin.framesForwardKinematics(panda.model, whole, q)
-    for name in ("panda_leftfinger", "panda_rightfinger"):
-        ours = data.oMf[locked.frame_id(name)]
-        assert ours.isApprox(whole.oMf[panda.frame_id(name)], 1e-14)
-    assert ik.check(
-        ik.solve(blow_on(locked, "panda_leftfinger"), locked.neutral(), locked.velocity())
-    ).agrees

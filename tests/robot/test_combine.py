@@ -41,12 +41,6 @@ def test_worlds_nest(panda):
     assert four.joint_names[9] == "near/b/panda_joint1"
 
 
-def test_the_robots_given_stay_as_they_are(panda):
-    before = pin.Model(panda.model)
-    ik.combine(a=panda, b=panda)
-    assert panda.model == before
-
-
 @pytest.mark.parametrize("name", ["so100", "z1", "b1_z1", "anymal_c"])
 def test_a_link_and_a_joint_may_be_called_alike(name):
     alone = ik.Robot.from_example(name, root="freeflyer")

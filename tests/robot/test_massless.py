@@ -51,27 +51,6 @@ def test_a_massless_base_that_turns_on_a_joint_is_refused_at_every_pose(masses):
         ik.design.effective_mass(robot, robot.neutral(), "link_6", [0, 0, 1])
 
 
-def test_locked_it_moves_as_the_robot_without_the_joint():
-    robot = arm((0, 1, 1, 1), ["0 0 1", "0 1 0", "1 0 0"])
-    blow = ik.AppliedImpulse("link_3", linear=[0, 0.5, 1], at=[0.1, 0, 0])
-    scene = ik.Scene(robot, [blow], constraints=[ik.JointLock("joint_1")])
-    for q in poses(robot, 5):
-        impact = ik.solve(scene, q, robot.velocity())
-        assert impact.is_valid()
-        reduced = pin.buildReducedModel(robot.model, [2], q)
-        own = ik.Robot.from_model(reduced)
-        left = np.delete(np.arange(robot.nq), [7, 8])
-        alone = ik.solve(ik.Scene(own, [blow]), q[left], own.velocity())
-        after = impact.velocity_at("link_3").after
-        np.testing.assert_allclose(after, alone.velocity_at("link_3").after, atol=1e-11)
-        # What a blow at a point moves is told alike.
-        both = [
-            ik.design.effective_mass(what, x, "link_3", [0, 1, 0])
-            for what, x in ((ik.Scene(robot, constraints=scene.constraints), q), (own, q[left]))
-        ]
-        assert both[0] == pytest.approx(both[1], rel=1e-9)
-
-
 @pytest.mark.parametrize("root", ["fixed", "freeflyer"])
 def test_grippers_without_mass_are_locked_as_the_error_advises(root):
     """Whatever they move at: a lock on what moves no mass carries what strikes it and no more."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import gc
-
 import numpy as np
 import pytest
 
 import impulsekit as ik
 from impulsekit.errors import InputError
-from impulsekit.robot import geometry
 from impulsekit.robot.geometry import loader_of
 
 TETRAHEDRON = (
@@ -49,16 +46,6 @@ def test_a_mesh_written_anew_is_read_anew(robot_of):
     assert largest(one) == 1.0
     assert largest(robot_of(2.0)) == 2.0
     assert largest(one) == 1.0
-
-
-def test_what_was_read_goes_with_the_last_robot_that_shows_it(robot_of):
-    robot = robot_of(3.0)
-    path = robot.visual_model.geometryObjects[0].meshPath
-    kept = id(loader_of([path]))
-    assert kept == id(robot.kept_loaders[0])
-    del robot
-    gc.collect()
-    assert not any(stamp[0] == path for stamps in geometry._loaders for stamp in stamps)
 
 
 @pytest.mark.parametrize("given", [None, [3], 3, [b"/tmp"]])

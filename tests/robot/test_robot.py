@@ -44,11 +44,6 @@ def test_a_robot_travels_by_pickle():
     assert twin.parts == robot.parts
 
 
-def test_mimic_joints_follow_only_when_asked():
-    assert ik.Robot.from_example("panda").nv == 9
-    assert ik.Robot.from_example("panda", mimic=True).nv == 8
-
-
 def test_links_behind_fixed_joints_keep_their_own_mass_and_mass_centre():
     robot = ik.Robot.from_example("panda")
     own = {link.name: link for link in robot.links}
@@ -62,14 +57,6 @@ def test_links_behind_fixed_joints_keep_their_own_mass_and_mass_centre():
     assert not np.allclose(flange.com_in_joint, hand.com_in_joint)
 
 
-@pytest.mark.parametrize(
-    ("name", "nv"),
-    [("talos", 38), ("panda", 15), ("solo12", 18), ("ur5", 12), ("talos_legs", 18)],
-)
-def test_the_loaders_names_give_the_loaders_robots(name, nv):
-    assert ik.Robot.from_example(name, root="freeflyer").nv == nv
-
-
 def test_geometry_is_read_only_when_somebody_looks():
     robot = ik.Robot.from_example("panda", root="freeflyer")
     assert "collision_model" not in vars(robot)
@@ -77,14 +64,6 @@ def test_geometry_is_read_only_when_somebody_looks():
     hand = robot.model.frames[robot.frame_id("panda_hand")]
     assert {item.parentJoint for item in boxes} <= set(range(robot.model.njoints))
     assert any(item.parentJoint == hand.parentJoint for item in boxes)
-
-
-def test_a_mesh_that_is_missing_is_named_with_the_folders_tried():
-    mesh = "<geometry><mesh filename='package://nowhere/a.stl'/></geometry>"
-    text = f"<robot name='r'><link name='a'><collision>{mesh}</collision></link></robot>"
-    robot = ik.Robot.from_urdf(text, package_dirs=["some_folder"])
-    with pytest.raises(errors.UrdfError, match="some_folder"):
-        _ = robot.collision_model
 
 
 def _ball() -> ik.Robot:

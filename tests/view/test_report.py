@@ -8,7 +8,6 @@ import pytest
 import impulsekit as ik
 from impulsekit.display.table import paper_decimals
 from impulsekit.scene import ReportPoint
-from impulsekit.view.forms import speeds_of
 
 
 @pytest.fixture(scope="module")
@@ -115,19 +114,6 @@ def test_points_are_shown_before_and_after(chain):
     velocity = chain.velocity_at("link_3", [1, 0, 0])
     wanted = [*velocity.before, *velocity.after]
     assert [float(x) for x in row] == pytest.approx(wanted, abs=6e-4)
-
-
-def test_no_joint_is_left_out_of_the_speeds():
-    robot = ik.combine(
-        talos=ik.Robot.from_example("talos", root="freeflyer"),
-        panda=ik.Robot.from_example("panda"),
-    )
-    speeds = speeds_of(robot, robot.neutral())
-    assert len(speeds) == robot.nv
-    assert [s.component for s in speeds[:6]] == ["vx", "vy", "vz", "wx", "wy", "wz"]
-    assert [s.unit for s in speeds[:6]] == ["m/s"] * 3 + ["rad/s"] * 3
-    assert {s.title: s.unit for s in speeds}["panda/panda_finger_joint1"] == "m/s"
-    assert {s.title: s.unit for s in speeds}["panda/panda_joint1"] == "rad/s"
 
 
 @pytest.mark.parametrize(

@@ -1,37 +1,9 @@
 """No contact is pressed in deeper than can be true, or the motion ends and says so."""
 
-import numpy as np
-import pinocchio as pin
 import pytest
 
 import impulsekit as ik
 from impulsekit import MotionStatus
-
-from ..models import MODELS
-
-
-def two_boxes(turn, height, **law):
-    """A box that falls on a fixed one of the same size."""
-    low = ik.Robot.from_urdf(MODELS / "box.urdf")
-    top = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer")
-    robot = ik.combine(low=low, top=top)
-    place = [0, 0, height, *pin.Quaternion(pin.rpy.rpyToMatrix(*turn)).coeffs()]
-    scene = ik.Scene(robot, contacts=[ik.Collision("top/box", "low/box", **law)])
-    return scene, robot.configuration({"top/root_joint": place}), robot.velocity()
-
-
-def depths(motion):
-    """(T,) the gap of the contact at the samples [m]."""
-    at_rest = np.zeros(motion.scene.robot.nv)
-    return np.array([ik.solve(motion.scene, q, at_rest).contacts[0].gap for q in motion.q])
-
-
-def test_a_box_that_falls_edge_on_edge_does_not_sink_in_unsaid():
-    scene, q, v = two_boxes((np.pi / 4, 0.3, 0.8), 0.25, friction=0.5)
-    motion = ik.simulate(scene, q, v, duration=0.295, samples=200)
-    assert motion.status in (MotionStatus.FINISHED, MotionStatus.PENETRATION)
-    assert depths(motion).min() > -1e-5
-    assert motion.t[-1] == motion.duration
 
 
 @pytest.mark.parametrize("floor", ["plane", "box"])

@@ -11,26 +11,6 @@ from ..models import particle, sliders
 NOWHERE = [0, 0, 0]
 
 
-def test_contact_with_a_compliant_stop_lasts_as_long_as_it_should():
-    robot, k, g, height = sliders(1), 4e4, 9.81, 0.05
-    m, omega = robot.mass, np.sqrt(4e4 / robot.mass)
-    pad = ik.JointSpring("z00", stiffness=k, acts="below")
-    scene = ik.Scene(robot, forces=[pad], gravity=[0, 0, -g])
-    motion = ik.simulate(scene, [height], [0.0], duration=1.0, rtol=1e-12, atol=1e-14)
-    fall, speed = np.sqrt(2.0 * height / g), np.sqrt(2.0 * g * height)
-    # Inside: q = -g/ω² (1 - cos ω s) - u/ω sin ω s, until it is zero again.
-    inside = 2.0 * (np.pi - np.arctan2(omega * speed, g)) / omega
-    period = 2.0 * fall + inside
-    left = [n * period - fall for n in range(1, 5)]
-    for t in [*left, *(t - inside for t in left)]:
-        assert np.abs(motion.step_times - t).min() < 1e-12
-    at_steps = np.array([motion.at(t) for t in motion.step_times])[:, :, 0]
-    q, v = at_steps.T
-    energy = 0.5 * m * v**2 + m * g * q + 0.5 * k * np.minimum(q, 0.0) ** 2
-    np.testing.assert_allclose(energy, m * g * height, rtol=1e-12)
-    np.testing.assert_allclose(motion.energy().total, m * g * height, rtol=1e-10)
-
-
 def test_a_bumper_is_not_flown_past_between_two_looks():
     # 4 m of free flight, of which 2 mm pass by a bumper that reaches 1 mm.
     robot, k, reach, aside = particle(mass=2.0), 2e9, 1e-3, 1e-4

@@ -67,30 +67,3 @@ def test_other_integrators_tell_the_same(changes, error):
     motion = follow(struck_pendulum(), 0.4, **changes)
     assert motion.status.finished
     assert np.abs(motion.q - wanted.q).max() < error
-
-
-def test_a_tumbling_body_keeps_its_momenta_and_its_quaternion():
-    hammer = ik.Robot.from_urdf(MODELS / "hammer.urdf", root="freeflyer")
-    scene = ik.Scene(hammer, gravity=[0, 0, 0])
-    v = np.array([1.0, 2.0, 3.0, 5.0, 1.0, 0.3])
-    motion = ik.simulate(scene, hammer.neutral(), v, duration=5.0, rtol=1e-12, atol=1e-14)
-    momentum, energy = motion.momentum(), motion.energy().total
-    assert np.ptp(momentum.linear, axis=0).max() < 1e-10
-    assert np.ptp(momentum.angular, axis=0).max() < 1e-10
-    assert np.ptp(energy) < 1e-11 * energy[0]
-    lengths = np.linalg.norm(motion.q[:, 3:7], axis=1)
-    np.testing.assert_allclose(lengths, 1.0, atol=1e-14)
-
-
-def test_a_falling_chain_falls_as_its_centre_must():
-    chain = ik.Robot.from_urdf(MODELS / "whittaker_chain_10.urdf", root="freeflyer")
-    v = chain.velocity(joint_2=3.0, joint_5=-2.0)
-    motion = ik.simulate(ik.Scene(chain), chain.neutral(), v, duration=1.0, samples=11)
-    data = chain.model.createData()
-    start, speed = None, None
-    for t, q, rate in zip(motion.t, motion.q, motion.v, strict=True):
-        pin.centerOfMass(chain.model, data, q, rate)
-        if start is None:
-            start, speed = data.com[0].copy(), data.vcom[0].copy()
-        fall = np.array([0, 0, -0.5 * 9.81 * t**2])
-        np.testing.assert_allclose(data.com[0], start + t * speed + fall, atol=1e-9)
