@@ -11,29 +11,6 @@ from impulsekit.chain import chain_urdf, pendulum_urdf
 writers = pytest.mark.parametrize("write", [chain_urdf, pendulum_urdf])
 
 
-def test_names_of_links_and_joints():
-    chain = pin.buildModelFromXML(chain_urdf(3, name="three"))
-    assert chain.name == "three"
-    assert [f.name for f in chain.frames if f.type == pin.FrameType.BODY] == [
-        "link_1",
-        "link_2",
-        "link_3",
-    ]
-    assert list(chain.names)[1:] == ["joint_2", "joint_3"]
-    pendulum = pin.buildModelFromXML(pendulum_urdf(3))
-    assert [f.name for f in pendulum.frames if f.type == pin.FrameType.BODY] == [
-        "pin",
-        "link_1",
-        "link_2",
-        "link_3",
-    ]
-    assert list(pendulum.names)[1:] == ["joint_1", "joint_2", "joint_3"]
-    # One entry of q for each joint, and joints that Pinocchio has code of their own for.
-    assert (pendulum.nq, pendulum.nv) == (3, 3)
-    assert {joint.shortname() for joint in chain.joints[1:]} == {"JointModelRZ"}
-    assert {joint.shortname() for joint in pendulum.joints[1:]} == {"JointModelRY"}
-
-
 @writers
 def test_every_number_round_trips(write):
     mass, length, radius = 1 / 3, 0.1 + 0.2, 1e-3 / 7

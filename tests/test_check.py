@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.cli import main
-from impulsekit.errors import InputError, RangeError
+from impulsekit.errors import InputError
 
 from .reference.models import joint, link, robot
 from .robots import STRUCK, random_blow, random_state
@@ -224,23 +224,15 @@ def test_the_command_exits_with_1_where_it_disagrees(monkeypatch):
 
 def test_what_cannot_be_checked_says_so():
     panda = ik.Robot.from_example("panda")
-    blow = random_blow("panda_hand", 1)
-    screw = ik.Robot.from_example("panda", root=pin.JointModelHX(0.1))
-    with pytest.raises(InputError, match=r'cannot be checked.*"root_joint".*HX'):
-        ik.check(solved(screw, [blow]))
-    mixed = ik.combine(a=panda, b=screw)
-    with pytest.raises(InputError, match=r'cannot be checked.*"b/root_joint"'):
+    mixed = ik.combine(a=panda, b=ik.Robot.from_example("panda", root=pin.JointModelHX(0.1)))
+    with pytest.raises(InputError, match=r'cannot be checked.*"b/root_joint".*HX'):
         ik.check(solved(mixed, [random_blow("a/panda_hand", 1)]))
     flying = ik.Robot.from_example("panda", root="freeflyer")
     q, v = random_state(flying, 1)
     q[3:7] *= 1 + 1e-7
+    scene = ik.Scene(flying, [random_blow("panda_hand", 1)])
     with pytest.raises(InputError, match=r'cannot be checked.*quaternion of joint "root_joint"'):
-        ik.check(ik.solve(ik.Scene(flying, [blow]), q, v))
-    with pytest.raises(InputError, match="takes an Impact"):
-        ik.check(panda)
-    for digits in (5, 50.5, "many"):
-        with pytest.raises(RangeError, match="digits"):
-            ik.check(solved(panda, [blow]), digits=digits)
+        ik.check(ik.solve(scene, q, v))
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,6 @@ import os
 import resource
 import signal
 import stat
-import subprocess
-import sys
 
 import pytest
 from click.testing import CliRunner
@@ -171,28 +169,3 @@ def test_an_error_while_writing_leaves_the_old_file(tmp_path, error):
         raise error
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.txt"]
-
-
-@pytest.mark.slow
-def test_a_process_killed_while_it_writes_leaves_one_whole_file(tmp_path):
-    """Two contents of 20 MB in turn; after each kill the file holds one of them, whole."""
-    import random
-    import time
-
-    path = tmp_path / "a.bin"
-    write_file(path, b"0" * 20_000_000)
-    code = (
-        "import sys, itertools; from impulsekit.files import write_file\n"
-        "print(flush=True)\n"
-        "for k in itertools.count(): write_file(sys.argv[1], bytes([48 + k % 2]) * 20_000_000)"
-    )
-    rng = random.Random(0)
-    for _ in range(20):
-        process = subprocess.Popen([sys.executable, "-c", code, path], stdout=subprocess.PIPE)
-        process.stdout.readline()
-        time.sleep(rng.uniform(0.0, 0.2))
-        process.kill()
-        process.wait()
-        process.stdout.close()
-        content = path.read_bytes()
-        assert content in (b"0" * 20_000_000, b"1" * 20_000_000)

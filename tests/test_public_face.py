@@ -63,30 +63,6 @@ def test_an_unknown_name_is_an_attribute_error():
         _ = ik.simulat
 
 
-SOLVERS = [
-    ik.solve,
-    ik.solve_batch,
-    ik.simulate,
-    ik.touching,
-    ik.saltation,
-    ik.save_scene,
-    ik.place,
-]
-
-
-@pytest.mark.parametrize(
-    "function",
-    [*SOLVERS, *(getattr(ik.design, n) for n in FURTHER["design"]), ik.long.long_tree],
-    ids=lambda f: f.__name__,
-)
-def test_states_and_points_have_types(function):
-    """An editor says what a state or a point can be: anything numpy makes an array of."""
-    parameters = inspect.signature(function).parameters
-    for name in {"q", "v", "at", "direction", "samples", "masses", "restitution"} & set(parameters):
-        assert "Any" not in str(parameters[name].annotation), name
-    assert "Any" not in str(inspect.signature(function).return_annotation)
-
-
 def test_the_methods_of_a_robot_have_types():
     """Whatever a robot is read from, built with or asked for."""
     for name in dir(ik.Robot):

@@ -87,14 +87,3 @@ def test_ctrl_c_ends_a_batch(solo):
         presses.join()
         signal.signal(signal.SIGINT, before)
     assert ik.solve_batch(scene, q, v).valid.all()
-
-
-def test_rows_that_cannot_be_solved_are_told(solo):
-    scene = ik.Scene(solo, contacts=[ik.Contact("FL_FOOT")])
-    q, v = random_states(solo, 20)
-    q[3, 1], v[5, 2], q[7, 3:7] = np.nan, np.inf, 2.0
-    batch = ik.solve_batch(scene, q, v)
-    told = {3: ik.Status.NOT_FINITE, 5: ik.Status.NOT_FINITE, 7: ik.Status.OFF_MANIFOLD}
-    for row in range(20):
-        assert batch.status[row] == told.get(row, ik.Status.SOLVED)
-        assert np.isnan(batch.v_after[row]).all() == (row in told)

@@ -3,7 +3,6 @@
 import re
 import shutil
 
-import numpy as np
 import pytest
 
 from .site import is_blank
@@ -49,32 +48,6 @@ def test_examples_have_a_picture_that_is_not_blank(gallery, session_browser, tmp
     assert "168 impacts" in (tmp_path / "gallery/dropped_ball.txt").read_text()
     count = sum(map(len, gallery.GROUPS.values()))
     assert gallery.list_of_examples().count("grid-item-card") == count
-
-
-def test_an_empty_stage_is_blank(session_browser, tmp_path):
-    from PIL import Image
-
-    import impulsekit as ik
-
-    # Nothing is drawn of a link without mass.
-    robot = ik.Robot.from_urdf(
-        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1e-9"/><inertia '
-        'ixx="1e-9" iyy="1e-9" izz="1e-9" ixy="0" ixz="0" iyz="0"/></inertial></link><joint '
-        'name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
-    )
-    still = ik.measured.Recording(robot, [0.0, 1.0], [robot.neutral(), robot.neutral()])
-    ik.replay(still, tmp_path / "page.html", play=False)
-    session_browser.open(tmp_path / "page.html")
-    session_browser.run("() => { for (const part of ['bodies', 'impacts'])"
-             " nodeAt(replay.root + '/' + part).object.visible = false; }")  # fmt: skip
-    drawn = session_browser.run("() => films.picture(400, 250, 0)")
-    session_browser.leave()
-    import base64
-
-    (tmp_path / "empty.png").write_bytes(base64.b64decode(drawn))
-    assert is_blank(tmp_path / "empty.png")
-    Image.fromarray(np.full((250, 400, 3), 255, np.uint8)).save(tmp_path / "white.png")
-    assert is_blank(tmp_path / "white.png")
 
 
 def test_a_failing_example_is_named(gallery, tmp_path, monkeypatch):

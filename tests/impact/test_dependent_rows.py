@@ -8,9 +8,7 @@ import pytest
 import impulsekit as ik
 from tests.laws.rows import slides
 
-from ..close import close
 from ..robots import random_blow, random_state, relative
-from .test_constraints import discs
 from .test_constraints import solved as held_impact
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
@@ -187,14 +185,6 @@ def test_demands_that_contradict_each_other_are_named():
     with pytest.raises(ik.errors.ContradictionError, match=r"out\.z") as caught:
         ik.solve(ik.Scene(chain, [], [out]), chain.neutral(), chain.velocity())
     assert caught.value.rows == ("out.z",)
-    # Rates that a gear rules out.
-    gears = discs(1, 1)
-    rates = [ik.JointLock("axle_0", 1.0), ik.JointLock("axle_1", 1.0),
-             ik.JointCoupling("axle_0", "axle_1", -1)]  # fmt: skip
-    with pytest.raises(ik.errors.ContradictionError, match="cannot hold together"):
-        ik.solve(ik.Scene(gears, [], rates), gears.neutral(), [0, 0])
-    agreeing = [*rates[:1], ik.JointLock("axle_1", -1.0), rates[2]]
-    close(held_impact(gears, agreeing, [0, 0]).v_after, [1, -1], 1e-14)
 
 
 def test_repeated_demands_that_agree_are_no_contradiction():

@@ -303,19 +303,6 @@ def test_by_inertia_against_changed_models(law):
         assert np.abs(ours - truth).max() < 1e-7 * max(1.0, np.abs(truth).max())
 
 
-@pytest.mark.parametrize("restitution", ["poisson", "stronge"])
-def test_a_contact_of_what_is_held_fast_has_an_end(restitution):
-    """Rounding of its velocity, met by a mobility of rounding."""
-    for seed in (1, 2, 5):
-        at, other, normal = np.random.default_rng(seed).normal(size=(3, 3))
-        floor = ik.Contact("ball", at=at, normal=normal, restitution=0.3, friction=1.0)
-        law = ik.Law(restitution, "path")
-        scene = ik.Scene(BALL, [], [ik.FrameAnchor("ball", at=other)], [floor], law=law)
-        found = ik.derivatives(ik.solve(scene, BALL.neutral(), np.ones(6)))
-        assert np.abs(found["v_after", "v"]).max() < 1e-11
-        assert np.abs(found["v_after", "q"]).max() < 1e-7
-
-
 def test_what_has_none_of_this_kind_is_refused():
     q, v = np.array([0.3, 0, 0.009, 0, 0, 0, 1]), np.array([1.0, 0, -2, 0, 0, 0])
     # Edges that cross.

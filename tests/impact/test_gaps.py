@@ -73,22 +73,6 @@ def name_of(text):
     return text.split('"')[1]
 
 
-def test_distances_of_balls_and_of_boxes_corner_to_corner():
-    robot = two(BALL, BALL)
-    q = robot.configuration({"b/root_joint": [0.3, 0.4, 0, 0, 0, 0, 1]})
-    pair = ik.Collision("a/ball", "b/ball")
-    assert ik.touching(ik.Scene(robot, contacts=[pair]), q).contacts[0].gap == pytest.approx(0.3)
-    boxes = two(BOX, BOX)
-    # Corner to corner: 0.3 along x, 0.4 along y, 1.2 along z between the nearest corners.
-    q = boxes.configuration({"b/root_joint": [0.5, 0.8, 1.8, 0, 0, 0, 1]})
-    v = boxes.velocity({"b/root_joint": [-1, 0, 0, 0, 0, 0]})
-    pair = ik.Collision("a/box", "b/box")
-    found = ik.touching(ik.Scene(boxes, contacts=[pair]), q, v).contacts[0]
-    assert found.gap == pytest.approx(1.3, abs=1e-7)
-    assert found.closing_speed == pytest.approx(0.3 / 1.3, abs=1e-6)
-    assert not found.touching
-
-
 def test_a_stop_is_measured_to_the_nearer_limit():
     arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(1))
     stop = ik.JointStop("joint_1", lower=-1.0, upper=2.0, name="stop")

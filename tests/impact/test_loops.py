@@ -54,16 +54,15 @@ def closing_rows(system, q, anchors):
 
 
 CASES = {
-    "four-bar": (FOUR_BAR, "fixed", [PIN], 400),
-    "one loop that flies": (SIX_BAR, "freeflyer", [PIN], 100),
-    "six-bar": (SIX_BAR, "fixed", [PIN, KNEE], 350),
-    "two loops that fly": (SIX_BAR, "freeflyer", [PIN, KNEE], 150),
+    "four-bar": (FOUR_BAR, "fixed", [PIN], 40),
+    "one loop that flies": (SIX_BAR, "freeflyer", [PIN], 10),
+    "six-bar": (SIX_BAR, "fixed", [PIN, KNEE], 35),
+    "two loops that fly": (SIX_BAR, "freeflyer", [PIN, KNEE], 15),
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_struck_linkages_in_a_thousand_poses(case):
+def test_struck_linkages_in_a_hundred_poses(case):
     """Any pose is one of a closed linkage: its last pin sits where the chains happen to meet."""
     urdf, root, anchors, poses = CASES[case]
     body, system = ik.Robot.from_urdf(urdf, root=root), KaneSystem.from_urdf(urdf, root)

@@ -30,15 +30,6 @@ def test_to_dict_is_ready_for_json():
     assert plain["bodies"]["panda_hand"]["domega"] == impact.bodies["panda_hand"].domega.tolist()
 
 
-def test_velocities_of_points_are_asked_by_frame():
-    robot = ik.Robot.from_example("panda")
-    impact = ik.solve(ik.Scene(robot, [random_blow("panda_hand", 0)]), *random_state(robot, 0))
-    with pytest.raises(ik.errors.UnknownNameError, match="panda_hand"):
-        impact.velocity_at("panda_hadn")
-    origin = impact.velocity_at("panda_hand")
-    np.testing.assert_allclose(origin.change, origin.after - origin.before)
-
-
 def test_an_answer_in_which_all_comes_to_rest_is_not_measured_by_its_rounding():
     robot = ik.Robot.from_urdf(ik.models.chain_urdf(10), root="planar")
     blow = ik.AppliedImpulse("link_10", linear=[0, 5, 0], at=[1, 0, 0])

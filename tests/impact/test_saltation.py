@@ -1,7 +1,5 @@
 """Saltation matrices against closed forms and against motions nearby."""
 
-import math
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -109,22 +107,6 @@ def test_a_ball_that_lies_still_keeps_its_deviations_along_the_floor():
 
 
 # -- periodic motions ---------------------------------------------------------------------------
-
-
-def test_a_bouncing_ball_keeps_its_period_under_a_perfect_floor():
-    # With e = 1 the bounce is conservative: Φ over a period has determinant 1.
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=1.0)], gravity=(0, 0, -GRAVITY))
-    height = 0.5
-    period = 2.0 * math.sqrt(2.0 * height / GRAVITY)
-    drop = ball.configuration(root_joint=[0, 0, height, 0, 0, 0, 1])
-    motion = ik.simulate(scene, drop, ball.velocity(), duration=period, samples=2)
-    found = ik.sensitivity(motion)
-    own = found.matrix[np.ix_([2, 8], [2, 8])]
-    assert np.linalg.det(own) == pytest.approx(1.0, abs=1e-6)
-    # T = 2 √(2h/g): from the top, z stays and the phase shifts with dT/dh.
-    shift = 2.0 / math.sqrt(2.0 * height * GRAVITY)
-    assert own == pytest.approx(np.array([[1.0, 0.0], [GRAVITY * shift, 1.0]]), abs=1e-6)
 
 
 def test_period_one_bounces_on_a_moving_table_against_the_closed_form():

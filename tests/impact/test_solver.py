@@ -32,15 +32,6 @@ def test_the_answer_is_read_only_and_apart_from_what_was_given(talos):
             array[0] = 1.0
 
 
-def test_without_an_impulse_nothing_changes():
-    robot = ik.Robot.from_example("solo12", root="freeflyer")
-    q, v = random_state(robot, 1)
-    impact = ik.solve(ik.Scene(robot), q, v)
-    assert not impact.dv.any()
-    assert impact.is_valid()
-    assert impact.energy.change == 0.0
-
-
 def test_a_joint_that_moves_no_inertia_is_named():
     text = robot(
         '<link name="base"/>',

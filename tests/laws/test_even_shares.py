@@ -106,20 +106,6 @@ def test_other_shares_are_told_with_their_velocities():
             assert np.abs(change).max() > 1e-6
 
 
-def test_sliding_without_turning_keeps_one_velocity():
-    robot = box()
-    scene = ik.Scene(robot, contacts=corner_contacts())
-    impact = ik.solve(scene, robot.neutral(), [1.0, 0.5, -0.3, 0, 0, 0])
-    assert impact.is_valid() and not impact.uniqueness.several
-    # The push on the ground is 0.9 N s, and friction 0.4 of it.
-    slip = np.array([1.0, 0.5]) / np.hypot(1.0, 0.5)
-    assert sum(loads_of(impact)) == pytest.approx(0.9, abs=1e-12)
-    assert SHIFT @ loads_of(impact) == pytest.approx(0.0, abs=1e-9)
-    assert np.abs(impact.contacts[0].impulse[:2] / impact.contacts[0].impulse[2]) == pytest.approx(
-        MU * slip, abs=1e-9
-    )
-
-
 def points_of_face(kind, count):
     """(n, 3) points of the lower face of a block, 0.2 m below its centre."""
     if kind == "ring":

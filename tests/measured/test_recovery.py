@@ -96,16 +96,6 @@ def scores(seed, count):
     return off / spread, off
 
 
-@pytest.mark.slow
-@pytest.mark.sweep
-def test_intervals_cover_as_they_say():
-    covered = np.array([np.abs(scores(seed, 4)[0]) < 1.96 for seed in range(24)])
-    # Of 24 runs at 94 % some 1.4 miss: more than 4 do so once in 80 times.
-    assert (covered.mean(axis=0) >= 0.82).all()
-    # Of all five together 7.2 of 120: more than 14 once in 150 times, at 80 % 99 times of 100.
-    assert np.sum(~covered) <= 14
-
-
 def test_a_rest_is_found_between_outliers():
     scene, rng = point_scene(), np.random.default_rng(5)
     throw = recorded(scene, rng, outliers=0.0)

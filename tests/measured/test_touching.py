@@ -1,4 +1,6 @@
-"""Ropes that jerk taut and gaps that are functions of q, whose impacts have closed forms."""
+"""Ropes that jerk taut, gaps that are functions of q and stops, found in recordings with noise."""
+
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -6,9 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 import impulsekit as ik
-from impulsekit.design.solved import slopes_by_differences
+from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.measured import Recording, find_impacts, fit_impacts
-from impulsekit.measured.found_impacts import at_touch
 from tests.measured.bodies import G
 from tests.measured.test_recovery import point_scene
 
@@ -79,34 +80,30 @@ def test_restitution_comes_back_where_noise_leaves_a_gap(kind):
     assert sigma < 0.003 and abs(fit.values[0] - E) < 3 * sigma
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_what_closed_is_brought_to_touch_by_the_likeliest_change(kind):
-    contact, gap, normal, (place, _) = KINDS[kind]
-    scene = ik.Scene(point_scene().robot, contacts=[contact])
-    n = normal(np.array(place))
-    # Off by a little along the normal from where it touches.
-    q = scene.robot.configuration(root_joint=[*place, 0, 0, 0, 1])
-    way = brentq(lambda s: gap(np.array(place) - s * n) - 4e-4, 0.0, 1.0)
-    q[:3] -= way * n
-    spread = np.diag([4.0, 1.0, 1.0, 1.0, 1.0, 1.0])
-    touched = at_touch(scene, ("hit",), q, spread)
-    assert abs(gap(touched[:3])) < 1e-9
-    n = normal(q[:3])
-    likeliest = spread[:3, :3] @ n / (n @ spread[:3, :3] @ n) * 4e-4
-    assert touched[:3] == pytest.approx(q[:3] - likeliest, abs=1e-6)
-    assert np.array_equal(at_touch(scene, ("hit",), touched, spread), touched)
-    assert np.array_equal(at_touch(scene, (), q, spread), q)
+# A rod that swings down towards negative angles.
+ROD = robot_text(
+    "rod", link_text("base"), link_text("rod", 1, 0.03, at="-0.3 0 0"),
+    joint_text("hinge", "revolute", "base", "rod", "0 1 0", far=3),
+)  # fmt: skip
 
 
-def test_slopes_of_a_gap_that_is_a_function_are_those_of_the_closed_form():
-    contact, _, normal, _ = KINDS["cam"]
-    scene = ik.Scene(point_scene().robot, contacts=[contact])
-    x, v, e = 0.1, np.array([0.5, 0.2, -2.0]), contact.restitution
-    n, size = normal([x]), 1.0 + normal([x])[0] ** 2
-    bend = np.array([HEIGHT * WAVE**2 * np.cos(WAVE * x), 0.0, 0.0])
-    q = scene.robot.configuration(root_joint=[x, 0, HEIGHT * np.cos(WAVE * x), 0, 0, 0, 1])
-    by_q, by_v = slopes_by_differences(scene, q, [*v, 0, 0, 0])
-    assert by_v[:3, :3] == pytest.approx(np.eye(3) - (1 + e) * np.outer(n, n) / size, abs=1e-7)
-    turned = bend * (n @ v) + n * (bend @ v) - 2 * n * (n @ v) * (n @ bend) / size
-    assert by_q[:3, 0] == pytest.approx(-(1 + e) * turned / size, abs=1e-7)
-    assert by_q[:3, 1:3] == pytest.approx(np.zeros((3, 2)), abs=1e-7)
+def noisy_motion(scene, q, v, duration, count, sigma, rng, name):
+    motion = ik.simulate(scene, q, v, duration=duration, samples=count)
+    model = scene.robot.model
+    seen = [pin.integrate(model, row, sigma * rng.normal(size=model.nv)) for row in motion.q]
+    return ik.measured.Recording(scene.robot, motion.t, np.array(seen), name=name)
+
+
+@pytest.mark.slow
+def test_joints_that_noise_keeps_from_their_limits_have_hit_them():
+    rod = ik.Robot.from_urdf(ROD)
+    stop = ik.JointStop("hinge", lower=-0.4, upper=2.0, restitution=0.6, name="stop")
+    scene, rng = ik.Scene(rod, contacts=[stop], gravity=[0, 0, -9.81]), np.random.default_rng(1)
+    seen = [
+        noisy_motion(scene, [1.0 + 0.05 * k], [0.0], 0.7, 71, 2e-4, rng, str(k)) for k in range(5)
+    ]
+    found = ik.measured.find_impacts(seen, scene)
+    assert any(each.gaps[0] > 0.0 for each in found.impacts if each.contacts)
+    start = replace(scene, contacts=[replace(stop, restitution=0.3)])
+    fit = ik.measured.fit_impacts(found.measurements(start), restitution=["stop"])
+    assert fit["stop: restitution"] == pytest.approx(0.6, abs=0.01)

@@ -63,13 +63,6 @@ def test_impacts_come_one_by_one():
     assert sim.next_impact(until=t + 1e-3) is None and sim.t == t + 1e-3
 
 
-def test_a_contact_that_rests_carries_the_weight():
-    sim = ball().run_until(6.0)
-    assert sim.contacts == ("floor",)
-    weight = 9.81 * sim._followed.scene.robot.mass
-    assert sim.forces["floor"][2] == pytest.approx(weight, rel=1e-6)
-
-
 def test_torques_that_are_set_act_from_then_on():
     sim = chain()
     sim.step(0.2)

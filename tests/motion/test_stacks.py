@@ -104,38 +104,3 @@ def test_a_box_dropped_edge_first_on_a_box_lies_or_falls_off():
     scene, q, v = crossed(0)
     motion = ik.simulate(scene, q, v, duration=1.0, samples=401, accuracy="high")
     check(motion)
-
-
-def meeting(seed):
-    """Two boxes that fly at each other, turning, without weight."""
-    rng = np.random.default_rng(seed)
-    robot = ik.combine(a=BOX, b=BOX)
-    turns = [pin.Quaternion(rng.normal(size=4)).normalized().matrix() for _ in "ab"]
-    way = rng.normal(size=3)
-    way /= np.linalg.norm(way)
-    q = robot.configuration(
-        {"a/root_joint": pose(0, 0, 0, turns[0]), "b/root_joint": pose(*(0.5 * way), turns[1])}
-    )
-    towards = turns[1].T @ (rng.uniform(-0.2, 0.2, 3) - 1.5 * way)
-    v = robot.velocity(
-        {
-            "a/root_joint": rng.uniform(-0.2, 0.2, 6),
-            "b/root_joint": [*towards, *rng.uniform(-3, 3, 3)],
-        }
-    )
-    law = ik.Collision("a/box", "b/box", friction=rng.uniform(0, 0.8), restitution=rng.uniform())
-    return ik.Scene(robot, contacts=[law], gravity=[0, 0, 0]), q, v
-
-
-def check_meeting(seed):
-    scene, q, v = meeting(seed)
-    motion = ik.simulate(scene, q, v, duration=0.6, accuracy="high")
-    check(motion)
-    for _, impact in motion.impacts:
-        held = [body.dv_com for body in impact.bodies.values()]
-        assert np.abs(sum(held)).max() < 1e-12 * max(1.0, np.abs(held).max())
-    return len(motion.impacts)
-
-
-def test_bodies_that_meet_keep_their_momentum():
-    assert sum(check_meeting(seed) for seed in range(6)) >= 3

@@ -7,9 +7,6 @@ import pinocchio as pin
 import pytest
 
 from impulsekit.errors import (
-    NotFiniteError,
-    ShapeError,
-    StateError,
     UrdfError,
 )
 from impulsekit.reference import Arithmetic, KaneSystem, Tree
@@ -187,28 +184,3 @@ def test_a_mimic_needs_somebody_to_follow(mimicked, message):
         Tree.from_urdf(urdf, mimic=True)
     assert caught.value.element == 'joint "c_turns"'
     assert Tree.from_urdf(urdf).n == 3  # of no concern where mimics are independent
-
-
-# -- what is wrong with a state ---------------------------------------------------------
-
-
-def test_states_are_checked():
-    system = KaneSystem.from_urdf(EVERY_KIND, "freeflyer")
-    q, y = system.neutral(), np.zeros(system.n)
-    with pytest.raises(ShapeError, match=r"q: expected shape .*got \(3,\)"):
-        system.kinematics(q[:3])
-    with pytest.raises(ShapeError, match=r"y: expected shape"):
-        system.impact(q, y[:-1])
-    with pytest.raises(NotFiniteError, match="y: entry 2 must be finite, got nan"):
-        system.impact(q, np.where(np.arange(system.n) == 2, np.nan, y))
-    with pytest.raises(NotFiniteError, match="y: an entry"):
-        system.impact(q, [[1], 2])
-    off = q.copy()
-    off[6] = 1.1
-    with pytest.raises(StateError, match='the quaternion of joint "root_joint"') as caught:
-        system.kinematics(off)
-    assert caught.value.joint == "root_joint"
-    off = q.copy()
-    off[system.coordinate_names.index("alpha.sin")] = 0.1
-    with pytest.raises(StateError, match='the cosine and sine of joint "alpha"'):
-        system.kinematics(off)

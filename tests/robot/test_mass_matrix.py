@@ -6,6 +6,7 @@ import pinocchio as pin
 import impulsekit as ik
 from benchmarks.urdf import joint_text, link_text, robot_text
 from impulsekit.robot.masses import crba_of
+from tests.robots_with_armature import dense_masses, point_jacobian, random_configuration
 
 
 def arm(mimic):
@@ -47,3 +48,15 @@ def test_the_mass_matrix_is_right_every_time():
     for led, free, _ in states(0):
         upper = np.triu(crba(LED.model, data, led))
         np.testing.assert_allclose(upper, np.triu(masses(free)), atol=1e-13)
+
+
+def test_the_armature_of_a_leader_is_not_that_of_who_mimics_it():
+    robot = ik.Robot.from_example("panda", mimic=True)
+    robot.model.armature = np.linspace(0.1, 0.9, robot.nv)
+    at, rng = (0.1, -0.2, 0.05), np.random.default_rng(0)
+    scene = ik.Scene(robot, [ik.AppliedImpulse("panda_rightfinger", linear=[1, 2, 0], at=at)])
+    q = np.array([random_configuration(robot, rng) for _ in range(3)])
+    batch = ik.solve_batch(scene, q, outputs=("dv",))
+    for pose, dv in zip(q, batch.dv, strict=True):
+        blow = point_jacobian(robot, pose, "panda_rightfinger", at).T @ [1, 2, 0]
+        np.testing.assert_allclose(dv, np.linalg.solve(dense_masses(robot, pose), blow), rtol=1e-9)

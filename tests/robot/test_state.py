@@ -93,13 +93,6 @@ def test_what_holds_real_numbers_is_taken_whatever_holds_it(robot):
         assert np.array_equal(checked_velocity(robot.model, same), v)
 
 
-def test_what_is_given_is_copied(robot):
-    given = np.zeros(robot.nv)
-    checked_velocity(robot.model, given)[0] = 1.0
-    checked_velocity(robot.model, np.ma.masked_array(given, copy=False))[0] = 1.0
-    assert not given.any()
-
-
 TALOS = ik.Robot.from_example("talos", root="freeflyer").with_ground()
 TURN = pin.rpy.rpyToMatrix(0.3, -0.4, 2.0)
 W, X, Y, Z = (pin.Quaternion(TURN).coeffs()[i] for i in (3, 0, 1, 2))

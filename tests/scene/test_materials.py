@@ -111,13 +111,6 @@ friction = [0.8, 0.6]
         ik.load_scene(path)
 
 
-def test_files_hold_numbers_of_contacts_whose_table_is_not_in_the_scene(tmp_path):
-    scene = ik.Scene(BALLS, contacts=[ik.Contact("b/ball", **ASKS)], materials=TABLE)
-    without = ik.Scene(BALLS, contacts=scene.contacts)
-    ik.save_scene(tmp_path / "scene.toml", without)
-    assert ik.load_scene(tmp_path / "scene.toml").scene.contacts == scene.contacts
-
-
 def test_geometry_of_the_world_is_made_of_what_is_fixed():
     ball = ik.Robot.from_mjcf(
         """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.display.table import paper_decimals
 from impulsekit.scene import ReportPoint
 
 
@@ -114,22 +113,3 @@ def test_points_are_shown_before_and_after(chain):
     velocity = chain.velocity_at("link_3", [1, 0, 0])
     wanted = [*velocity.before, *velocity.after]
     assert [float(x) for x in row] == pytest.approx(wanted, abs=6e-4)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"),
-        (-0.0, "0"),
-        (0.00096, "0.001"),
-        (-0.00094, "-0.0009"),
-        (0.000096, "0.0001"),
-        (2e-9, "2e-09"),
-        (12345.6789, "12345.679"),
-        (1e9, "1e+09"),
-        (float("nan"), "nan"),
-        (float("inf"), "inf"),
-    ],
-)
-def test_rounding_at_its_edges(value, text):
-    assert paper_decimals(value) == text

@@ -211,30 +211,3 @@ def test_a_foot_that_does_not_count_passes_through():
     speed = np.sqrt(121.0 - 2 * G)
     assert [round(t, 9) for t, _ in motion.impacts] == [round((11.0 + speed) / G, 9)]
     assert motion.q[-1][2] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_any_plane():
-    """The same motion in the sagittal plane as in the plane x-y, tilted."""
-    rod = "models/rod.urdf"
-    level = ik.Robot.from_urdf(rod, root="planar")
-    up = ik.Robot.from_urdf(rod, root=ik.models.planar_root([1, 0, 0], [0, 1, 0]))
-    force = ik.AppliedForce("rod", linear=[1, 2, 0], at=[0.1, 0.2, 0])
-    motions = [
-        ik.simulate(ik.Scene(robot, forces=[force], gravity=[0, -3, 0]), q, v, duration=0.5)
-        for robot, q, v in (
-            (level, level.configuration(root_joint=[0, 0, 0.3]), np.array([1, 0, 0.5])),
-            # Its speeds are along world axes, and its angle is the other way round.
-            (up, np.array([0, 0, -0.3]), np.array([np.cos(0.3), np.sin(0.3), -0.5])),
-        )
-    ]
-    ends = [motion.q[-1] for motion in motions]
-    np.testing.assert_allclose(ends[0][:2], ends[1][:2], atol=1e-9)
-    angle = np.arctan2(ends[0][3], ends[0][2])
-    np.testing.assert_allclose(angle, -ends[1][2], atol=1e-9)
-    sagittal = ik.Robot.from_urdf(rod, root="sagittal")
-    impact = ik.solve(
-        ik.Scene(sagittal, [ik.AppliedImpulse("rod", linear=[1, 0, 2], at=[0.1, 0, 0.3])]),
-        [0.1, 0.2, 0.4],
-        sagittal.velocity(),
-    )
-    assert ik.check(impact).agrees

@@ -52,22 +52,6 @@ def test_histories(motion):
     assert momentum.angular[0, 1] > mass * 1.0
 
 
-def test_it_is_saved_and_loaded_whole(motion, tmp_path):
-    path = tmp_path / "motion.npz"
-    motion.save(path)
-    again = ik.Trajectory.load(path)
-    for name in ("t", "q", "v"):
-        np.testing.assert_allclose(getattr(again, name), getattr(motion, name), atol=1e-13)
-    assert again.status is motion.status
-    assert again.rests == motion.rests
-    assert [t for t, _ in again.impacts] == [t for t, _ in motion.impacts]
-    for t in np.linspace(0, 1, 77):
-        for one, other in zip(again.at(t), motion.at(t), strict=True):
-            np.testing.assert_allclose(one, other, atol=1e-12)
-    assert again.impacts[0][1].contacts[0].name == "floor"
-    np.testing.assert_array_equal(np.load(path)["q"], motion.q)
-
-
 def test_xarray_or_a_clear_word(motion, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "xarray", None)
