@@ -27,8 +27,9 @@ class DerivativeStatus(enum.Enum):
         "or lower the friction."
     )
     NOT_AVAILABLE = (
-        "Not available: friction draws a contact in again along its path, a contact is hit without "
-        "end, the point at which bodies meet does not move in closed form, or rows are functions."
+        "Not available: friction draws a contact in again along its path, a contact is hit "
+        "infinitely often, the point at which bodies meet does not move in closed form, or rows "
+        "are functions."
     )
     NO_IMPACT = "Not valid: the impact of this row has no valid solution; see its status."
 
