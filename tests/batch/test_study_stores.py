@@ -416,3 +416,16 @@ def test_a_coefficient_that_cannot_be_told_from_others_is_refused():
 
     with pytest.raises(ik.errors.InputError, match="an Odd"):
         fingerprint_of(contact=ik.Contact("FL_FOOT", restitution=Odd()))
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [("{", "damaged"), ("[1]", "damaged"), ('{"fingerprint": "", "format": 3}', "another version")],
+)
+def test_records_of_others_are_refused(files, tmp_path, record, message):
+    (tmp_path / "rows").mkdir()
+    (tmp_path / "rows" / "study.json").write_text(record)
+    study = load_study(files())
+    for look in (open_study, summarize, lambda folder: run_study(study, folder)):
+        with pytest.raises(InputError, match=message):
+            look(tmp_path / "rows")

@@ -97,11 +97,6 @@ class StudyStore:
 
     def _check_same(self) -> None:
         there = _record(self.path)
-        if there.get("format") != FORMAT:
-            raise InputError(
-                f'"{self.path}" is a store that another version of impulsekit has made. Name '
-                "another folder, or delete this one"
-            )
         if there["fingerprint"] != self.study.fingerprint:
             ours, theirs = self.study.describe(), there.get("study", {})
             changed = [key for key in ours if ours[key] != theirs.get(key)]
@@ -258,16 +253,22 @@ def _record(folder: pathlib.Path) -> dict[str, Any]:
     """Read the record of a store.
 
     Raises:
-        InputError: the folder is no store, or its record is damaged.
+        InputError: the folder is no store, or one of another version; its record is damaged.
     """
     mark = folder / RECORD
     if not mark.is_file():
         raise InputError(f'"{folder}" is no store of a study')
+    there: Any = None
     with file_told(mark), contextlib.suppress(ValueError):
         there = json.loads(mark.read_bytes())
-        if isinstance(there, dict) and "fingerprint" in there:
-            return there
-    raise InputError(f'"{mark}" is damaged; it is no store of a study')
+    if not isinstance(there, dict) or "fingerprint" not in there:
+        raise InputError(f'"{mark}" is damaged; it is no store of a study')
+    if there.get("format") != FORMAT:
+        raise InputError(
+            f'"{folder}" is a store that another version of impulsekit has made. Name another '
+            "folder, or delete this one"
+        )
+    return there
 
 
 def _libraries() -> tuple[Any, Any]:
