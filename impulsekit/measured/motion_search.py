@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -136,33 +135,10 @@ STEP, CLOSE = 1e-4, {"rtol": 1e-8, "atol": 1e-10}
 HUBER_OF_SMOOTH = 2.0
 # Steps are halved so often where the sum does not fall, and end at this share of a deviation.
 MOST_STEPS, HALVINGS, CONVERGED = 8, 4, 0.02
-# Recordings looked at before all are: one with an impact shows that motions are not smooth.
-FIRST = 3
 # On either side of an interval of 95 %.
 TAIL = 0.025
 # Residuals [m, rad] are over at least this.
 LEAST = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class SmoothFit:
-    """Unknowns where the sum of squares is least, and those of resampled recordings.
-
-    Attributes:
-        values: (P,). samples: (S, P).
-    """
-
-    values: np.ndarray
-    samples: np.ndarray
-
-
-def are_smooth(rollouts: Rollouts, scene: Scene, which: Sequence[int]) -> bool:
-    """Return whether motions from the first states come to their ends without an impact."""
-    for own in (which[:FIRST], which[FIRST:]):
-        for row in rollouts.rows(scene, own):
-            if row is None or row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
-                return False
-    return True
 
 
 def smooth_fit(
@@ -173,7 +149,7 @@ def smooth_fit(
     which: Sequence[int],
     resamples: int,
     seed: int,
-) -> SmoothFit | None:
+) -> tuple[np.ndarray, np.ndarray] | None:
     """Least squares of the configurations at the samples, Huber's weights.
 
     Args:
@@ -183,7 +159,8 @@ def smooth_fit(
         resamples: how many; by the linear model at the least point (bootstrap, Efron 1979).
 
     Returns:
-        None where motions do not come to their ends, or do not depend on an unknown.
+        (P,) unknowns where the sum is least, and (S, P) those of resampled recordings. None where
+        motions have impacts or do not come to their ends, or do not depend on an unknown.
     """
     close = rollouts.with_settings(**CLOSE)
     states = [rollouts.starts[k] for k in which]
@@ -214,7 +191,7 @@ def smooth_fit(
     if linear is None:
         return None
     samples = linear.resampled(resamples, seed)
-    return SmoothFit(x, np.clip(x + samples, *box))
+    return x, np.clip(x + samples, *box)
 
 
 class _Residuals:
@@ -230,7 +207,7 @@ class _Residuals:
         rows = self._rollouts.rows(self._scene_of(x), self._which, starts=states)
         found = []
         for k, row in zip(self._which, rows, strict=True):
-            if row is None or row.status is not MotionStatus.FINISHED:
+            if row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
                 return None
             pairs = zip(self._rollouts.recordings[k].q, row.q, strict=True)
             found.append(np.array([pin.difference(self.model, a, b) for a, b in pairs]))

@@ -19,7 +19,7 @@ from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number, whole
 from ..tolerances import NONZERO
-from .motion_search import are_smooth, design_points, least_of, resampled_least, smooth_fit
+from .motion_search import design_points, least_of, resampled_least, smooth_fit
 from .recording import Recording, as_recordings
 from .rollouts import QUICK, Rollouts
 
@@ -263,18 +263,15 @@ class _Search:
 
     def _refine(self, resamples: int) -> None:
         """Gauss–Newton steps from the least point where motions have no impacts."""
-        which = self._fitted.tolist()
-        self.refined = are_smooth(self._rollouts, self._scene_of(self.centre), which)
-        if self.refined:
-            box = np.asarray(self._searched.T)
-            found = smooth_fit(
-                self._rollouts, self._scene_of, self.centre, box, which, resamples, self._seed
-            )
-            self.refined = found is not None
-            if found is not None:
-                self.centre, self.samples = found.values, found.samples
-                self.low = np.minimum(self.low, self.centre)
-                self.high = np.maximum(self.high, self.centre)
+        found = smooth_fit(
+            self._rollouts, self._scene_of, self.centre, np.asarray(self._searched.T),
+            self._fitted.tolist(), resamples, self._seed,
+        )  # fmt: skip
+        self.refined = found is not None
+        if found is not None:
+            self.centre, self.samples = found
+            self.low = np.minimum(self.low, self.centre)
+            self.high = np.maximum(self.high, self.centre)
 
     def _scene_of(self, inner: np.ndarray) -> Scene:
         return changed_scene(self._scene, self._parameters, self._outer(inner))
