@@ -58,7 +58,6 @@ class ForceHistory(OneLine):
     contact: str
     impulse: float
     _impact: Impact = field(repr=False)
-    _point: int = field(repr=False)
     _way: Elastic | Viscous = field(repr=False)
 
     @property
@@ -239,7 +238,7 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
     way = way_of(phases, curve, where)
     # Raises here, not on first access, if a measured curve ends before it holds the energy.
     _ = way.peak
-    return ForceHistory(name, phases.impulse, impact, point, way)
+    return ForceHistory(name, phases.impulse, impact, way)
 
 
 def way_of(phases: Phases, curve: Curve, where: str) -> Elastic | Viscous:

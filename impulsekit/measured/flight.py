@@ -32,15 +32,13 @@ class FlightFit:
     """A flight through samples.
 
     Attributes:
-        time: t₀ of the state [s].
-        q, v: (nq,), (nv,) the state there.
+        q, v: (nq,), (nv,) the state at t₀.
         share: (2, 2) covariance of (δq, δs) of each coordinate, in units of its noise variance;
             the slope of what samples are off is δs = δv − [v, δq], with ``bracket``.
         residuals: (N, nv) measured less fitted, on the tangent.
         weights: (N,) of the samples, 1 but for outliers.
     """
 
-    time: float
     q: np.ndarray
     v: np.ndarray
     share: np.ndarray
@@ -159,7 +157,7 @@ class Flight:
             scale = np.sqrt(np.diagonal(share))[:, None] * sigma
             if (np.abs(update) <= SETTLED * scale).all():
                 break
-        return FlightFit(time, q, v, share, residuals, weights)
+        return FlightFit(q, v, share, residuals, weights)
 
     def _in_axes_of(self, base: np.ndarray, q: np.ndarray, offsets: np.ndarray) -> np.ndarray:
         """(N, nv) offsets on the tangents at (N, nq), free bodies' parts in their axes at base."""

@@ -42,13 +42,11 @@ class FreeFall:
         acceleration: (3,) of the mass centre, axes of the recording [m/s²].
         offset: (3,) of the recorded position against the body's frame, in its axes [m].
         covariance: (6, 6) of both; infinite for what no flight determines.
-        flights: how many.
     """
 
     acceleration: np.ndarray
     offset: np.ndarray
     covariance: np.ndarray
-    flights: int
 
 
 def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
@@ -218,7 +216,7 @@ def free_fall(
     found, determined = _solution(normals.sum(axis=0), rights.sum(axis=0))
     count = len(blocks)
     if count < 2:
-        return FreeFall(found[:3], found[3:], np.full((6, 6), np.inf), len(flights))
+        return FreeFall(found[:3], found[3:], np.full((6, 6), np.inf))
     others = np.array(
         [
             _solution(normals.sum(axis=0) - normal, rights.sum(axis=0) - right)[0] - found
@@ -227,7 +225,7 @@ def free_fall(
     )
     covariance = (count - 1) / count * others.T @ others
     covariance[~determined] = covariance[:, ~determined] = np.inf
-    return FreeFall(found[:3], found[3:], covariance, len(flights))
+    return FreeFall(found[:3], found[3:], covariance)
 
 
 def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ..motion.record.status import MotionStatus
 from ..scene import Scene
-from .rollouts import Rollouts, Start
+from .rollouts import Rollouts, State
 from .segments import MEDIAN_TO_SIGMA
 
 # A surrogate needs its constant, slopes and curvatures, and some points more.
@@ -203,7 +203,7 @@ class _Residuals:
         self._rollouts, self._scene_of, self._which = rollouts, scene_of, which
         self.model = rollouts.recordings[0].robot.model
 
-    def at(self, x: np.ndarray, states: Sequence[Start]) -> list[np.ndarray] | None:
+    def at(self, x: np.ndarray, states: Sequence[State]) -> list[np.ndarray] | None:
         rows = self._rollouts.rows(self._scene_of(x), self._which, starts=states)
         found = []
         for k, row in zip(self._which, rows, strict=True):
@@ -216,14 +216,14 @@ class _Residuals:
     def linear(
         self,
         x: np.ndarray,
-        states: Sequence[Start],
+        states: Sequence[State],
         left: list[np.ndarray],
         scale: np.ndarray,
         box: np.ndarray,
     ) -> _Linear | None:
         """The residuals and their derivatives, over their deviations and with Huber's weights."""
         # How far each unknown is moved, and all of them then.
-        moves: list[tuple[float, np.ndarray, Sequence[Start]]] = []
+        moves: list[tuple[float, np.ndarray, Sequence[State]]] = []
         for i, step in enumerate(STEP * (box[1] - box[0])):
             # Away from the edge of the box.
             own = -step if x[i] + step > box[1, i] else step
@@ -289,10 +289,9 @@ class _Linear:
         return np.sqrt(n / (n - 1.0)) * ends * np.array(found)
 
 
-def _moved(model: pin.Model, state: Start, change: np.ndarray) -> Start:
-    nv = model.nv
-    q = pin.integrate(model, np.array(state.q), np.ascontiguousarray(change[:nv]))
-    return Start(np.array(q), state.v + change[nv:], state.samples)
+def _moved(model: pin.Model, state: State, change: np.ndarray) -> State:
+    (q, v), nv = state, model.nv
+    return np.array(pin.integrate(model, q, np.ascontiguousarray(change[:nv]))), v + change[nv:]
 
 
 def _weights(sizes: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,21 +27,11 @@ QUICK = MotionSettings(rtol=1e-4, atol=1e-6, capture_speed=1e-3, together=1e-5)
 MOST_SAMPLES = 25
 
 
-@dataclass(frozen=True, eq=False)
-class Start:
-    """The state at the first sample of a recording, by the flight that it begins with.
-
-    Attributes:
-        q, v: (nq,), (nv,).
-        samples: of the flight.
-    """
-
-    q: np.ndarray
-    v: np.ndarray
-    samples: int
+# A configuration (nq,) and a velocity (nv,).
+State = tuple[np.ndarray, np.ndarray]
 
 
-def starts_of(recordings: Sequence[Recording], scene: Scene) -> list[Start]:
+def starts_of(recordings: Sequence[Recording], scene: Scene) -> list[State]:
     """The state of each recording at its first sample, by a fit to its first flight.
 
     Samples after the first impact take no part. Recordings that begin in contact begin with the
@@ -69,7 +58,7 @@ def starts_of(recordings: Sequence[Recording], scene: Scene) -> list[Start]:
             own = own[:-1]
         v = pin.difference(flight.model, q[0], q[own[2]]) / (t[own[2]] - t[0])
         fit = flight.fit(t[own], q[own], float(t[0]), q[0], v, sigma)
-        starts.append(Start(fit.q, fit.v, len(own)))
+        starts.append((fit.q, fit.v))
     return starts
 
 
@@ -106,7 +95,7 @@ class Rollouts:
         scene: Scene,
         which: Sequence[int],
         *,
-        starts: Sequence[Start] | None = None,
+        starts: Sequence[State] | None = None,
     ) -> list[Any]:
         """The motions of some recordings, as ``follow_rows`` gives them.
 
@@ -118,7 +107,7 @@ class Rollouts:
             start, recording = (starts or self.starts)[i if starts else k], self.recordings[k]
             times = recording.t - recording.t[0]
             settings = self._settings.changed(duration=float(times[-1]), samples=len(times))
-            inputs = batch_inputs(scene, start.q, start.v)
+            inputs = batch_inputs(scene, *start)
             rows.append((inputs, 0, settings, times))
         # Long ones first, so that no thread waits for the last.
         order = sorted(range(len(rows)), key=lambda k: -len(rows[k][3]))

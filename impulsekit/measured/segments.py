@@ -54,7 +54,6 @@ class Segments:
 
     Attributes:
         flights: index arrays of the samples of each, in order of time.
-        speeds: (nv,) of each flight at its last sample, as tracked.
         outliers: indices of samples that stand apart.
     """
 
