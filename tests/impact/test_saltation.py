@@ -6,6 +6,7 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.impact.saltation import saltation_matrix
+from tests.conformance.differences import by_differences
 
 GRAVITY = 9.81
 
@@ -128,3 +129,56 @@ def test_period_one_bounces_on_a_moving_table_against_the_closed_form():
     assert np.linalg.det(monodromy) == pytest.approx(e**2, rel=1e-13)
     trace = (1.0 + e) ** 2 * (1.0 + table_rate / GRAVITY) - 2.0 * e
     assert np.trace(monodromy) == pytest.approx(trace, rel=1e-13)
+
+
+def test_the_end_of_a_motion_by_its_coefficients():
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
+    q = box.configuration(root_joint=[0, 0, 0.5, 0, 0, 0, 1])
+    v = box.velocity(root_joint=[1, 0.2, 0, 0.3, -0.2, 0.4])
+
+    def motion(e=0.0, mu=0.0):
+        corner = ik.Contact("box", [0.1, 0.05, -0.05], restitution=0.6 + e, friction=0.2 + mu)
+        return ik.simulate(ik.Scene(box, contacts=[corner]), q, v, duration=0.6)
+
+    there = motion()
+    assert len(there.impacts) == 2
+
+    def moved(other):
+        return np.r_[pin.difference(box.model, there.q[-1], other.q[-1]), other.v[-1]]
+
+    found, w = ik.sensitivity(there), np.arange(12.0)
+    pulled = found.vjp(w)
+    for kind, own in (("restitution", found.by_restitution), ("friction", found.by_friction)):
+        name = "e" if kind == "restitution" else "mu"
+        truth = by_differences(lambda h, name=name: moved(motion(**{name: h})))
+        ours = own["contacts[0]"]
+        assert np.abs(ours - truth).max() < 1e-7 * np.abs(truth).max()
+        assert pulled[kind]["contacts[0]"] == pytest.approx(w @ ours)
+    np.testing.assert_allclose(pulled["q"], (w @ found.matrix)[:6])
+
+
+def test_the_end_of_a_simulation_by_its_controls():
+    """Torques that change on the way, and a stop that is hit in between."""
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(2))
+    first, second = arm.joint_names
+    scene = ik.Scene(arm, contacts=[ik.JointStop(second, upper=0.25, restitution=0.5)])
+
+    def run(change=(0.0, 0.0), q=(0.2, 0.1)):
+        sim = ik.Simulation(scene, q, [0.0, 2.0])
+        sim.controls[first], sim.controls[second] = 1.0 + change[0], change[1]
+        sim.step(0.15)
+        sim.controls[first] = -2.0 + change[0]
+        return sim.step(0.25)
+
+    def ends(sim):
+        return np.r_[sim.q, sim.v]
+
+    sim = run()
+    assert sim.impacts
+    found = ik.sensitivity(sim, controls=True)
+    for i, way in enumerate(np.eye(2)):
+        by_torque = by_differences(lambda h, way=way: ends(run(h * way)))
+        by_place = by_differences(lambda h, way=way: ends(run(q=[0.2, 0.1] + h * way)))
+        np.testing.assert_allclose(found.by_controls[:, i], by_torque, atol=1e-6)
+        np.testing.assert_allclose(found.matrix[:, i], by_place, atol=1e-6)
+    np.testing.assert_allclose(found.vjp(np.ones(4))["controls"], found.by_controls.sum(axis=0))

@@ -34,7 +34,12 @@ class Flow:
         scene: the scene; its impulses do not act.
         resting: names of contacts that rest. A point that sticks goes on sticking, one that
             slides goes on sliding.
+
+    Attributes:
+        controls: (nv,) torques from outside [N m, N], or none.
     """
+
+    controls = np.zeros(0)
 
     def __init__(self, scene: Scene, resting: Iterable[str] = ()) -> None:
         names = frozenset(resting)
@@ -52,16 +57,27 @@ class Flow:
         return np.array(self._core.at(t, q, v, self._footing)["acceleration"])
 
     def jacobian(
-        self, start: float, end: float, q: np.ndarray, v: np.ndarray
+        self,
+        start: float,
+        end: float,
+        q: np.ndarray,
+        v: np.ndarray,
+        *,
+        by_controls: bool = False,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(2 nv, 2 nv) how the state at ``end`` [s] changes with that at ``start``, and it."""
+        """(2 nv, 2 nv) how the state at ``end`` [s] changes with that at ``start``, and it.
+
+        ``by_controls``: (2 nv, 3 nv), behind them how it changes with the torques from outside.
+        """
         self._begin(q, v)
-        total = np.eye(2 * len(v))
+        size = 2 * len(v)
+        total = np.eye(size, size + by_controls * len(v))
         pieces = max(1, int(np.ceil((end - start) * np.abs(v).max(initial=0.0) / LONGEST_FLOW)))
         times = np.linspace(start, end, pieces + 1)
         for t, until in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
-            part, q, v = self._piece(t, until, q, v)
-            total = part @ total
+            part, q, v = self._piece(t, until, q, v, by_controls)
+            total = part[:, :size] @ total
+            total[:, size:] += part[:, size:]
         return total, q, v
 
     def _begin(self, q: np.ndarray, v: np.ndarray) -> None:
@@ -73,13 +89,13 @@ class Flow:
             if entry in self._entries:
                 nearest[entry] = min(nearest.get(entry, (np.inf, -1)), (abs(value), gap))
         core.begin(v, sorted(gap for _, gap in nearest.values()))
-        self._footing = core.footing(0.0)
+        self._footing = (*core.footing(0.0)[:2], self.controls)
 
     def _piece(
-        self, start: float, end: float, q: np.ndarray, v: np.ndarray
+        self, start: float, end: float, q: np.ndarray, v: np.ndarray, by_controls: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         nv, model = len(v), self._model
-        still = np.zeros(2 * nv)
+        still = np.zeros((3 if by_controls else 2) * nv)
         q_end, v_end = self._moved(start, end, q, v, still)
 
         def away(by: np.ndarray) -> np.ndarray:
@@ -87,14 +103,17 @@ class Flow:
             ways = [pin.difference(model, q_end, place) for place, _ in ends]
             return np.concatenate([ways[0] - ways[1], ends[0][1] - ends[1][1]])
 
-        return slopes(away, np.full(2 * nv, STEP)), q_end, v_end
+        return slopes(away, np.full(len(still), STEP)), q_end, v_end
 
     def _moved(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         nv = len(v)
-        q = pin.integrate(self._model, q, by[:nv])
-        found: Any = self._core.flow(start, end, q, v + by[nv:], self._footing, RTOL, ATOL)
+        q, footing = pin.integrate(self._model, q, by[:nv]), self._footing
+        if len(by) > 2 * nv:
+            torques = self.controls if len(self.controls) else np.zeros(nv)
+            footing = (*footing[:2], torques + by[2 * nv :])
+        found: Any = self._core.flow(start, end, q, v + by[nv : 2 * nv], footing, RTOL, ATOL)
         return found[0], found[1]
 
 

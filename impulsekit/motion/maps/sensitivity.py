@@ -6,10 +6,10 @@ impacts and the flows Φ between them. Over a period it is the monodromy matrix.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, permutations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -18,14 +18,18 @@ from ...display import OneLine
 from ...errors import InputError, check_kind
 from ...impact.saltation import Saltation, saltation
 from ...impact.solver import ImpactSolver
+from ...robot.arrays import array_of, floats
 from ...scene import JointFriction
 from ...scene.coefficients import is_plain
 from ...scene.contacts import adheres, turns
 from .flow import Flow
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ...impact import Impact
     from ..record.trajectory import Trajectory
+    from ..simulation import Simulation
 
 __all__ = ["Chain", "Sensitivity", "sensitivity"]
 
@@ -45,10 +49,36 @@ class Sensitivity(OneLine):
     Attributes:
         matrix: (2 nv, 2 nv) Φ, read-only.
         saltations: (time [s], ``Saltation``) of its impacts.
+        by_restitution, by_friction: by contact, (2 nv,) how the end changes with its coefficient.
+            NaN by the friction of a contact that rests on the way.
+        by_controls: (2 nv, nv) how it changes with a torque from outside in each degree of
+            freedom, constant from start to end [N m, N]; None unless asked for.
     """
 
     matrix: np.ndarray
     saltations: tuple[tuple[float, Saltation], ...] = field(repr=False)
+    by_restitution: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
+    by_friction: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
+    by_controls: np.ndarray | None = field(default=None, repr=False)
+
+    def vjp(self, cotangent: ArrayLike) -> dict[str, Any]:
+        """Return the gradient of cotangent · (δq, δv) at the end by all that it changes with.
+
+        Args:
+            cotangent: (2 nv,) weights of the end's place, on its tangent, and velocity.
+
+        Raises:
+            ShapeError, NotFiniteError.
+        """
+        w = array_of(floats(cotangent, "cotangent"), (len(self.matrix),), "cotangent")
+        nv, start = len(w) // 2, w @ self.matrix
+        found: dict[str, Any] = {"q": start[:nv], "v": start[nv:]}
+        for name in ("restitution", "friction"):
+            table = getattr(self, f"by_{name}")
+            found[name] = {contact: float(w @ own) for contact, own in table.items()}
+        if self.by_controls is not None:
+            found["controls"] = w @ self.by_controls
+        return found
 
     @property
     def exists(self) -> bool:
@@ -62,13 +92,18 @@ class Sensitivity(OneLine):
         return values[np.argsort(-np.abs(values))]
 
 
-def sensitivity(motion: Trajectory) -> Sensitivity:
+def sensitivity(motion: Trajectory | Simulation, *, controls: bool = False) -> Sensitivity:
     """The derivative of the final state of a motion by its initial state, across its impacts.
 
     Impacts enter with their saltation matrices; the motion between them, free or with resting
     contacts, by central differences (error about 1e-8 of the largest entry). Impulses at t = 0
     act at a fixed time; later impacts occur when their contact closes. Contacts that close at
     the same instant have a derivative if their order does not matter.
+
+    Args:
+        motion: what ``simulate`` gave, or a ``Simulation``: up to where it is, with the torques
+            that were set.
+        controls: whether to find ``by_controls``, too.
 
     Raises:
         InputError: a contact comes to rest by ever smaller bounces, or its slip begins or ends
@@ -87,7 +122,10 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
         1.0
     """
     from ..record.trajectory import Trajectory as AMotion
+    from ..simulation import Simulation
 
+    if isinstance(motion, Simulation):
+        motion = motion.trajectory()
     check_kind(motion, AMotion, "sensitivity")
     if not motion.status.finished:
         raise InputError(
@@ -125,15 +163,21 @@ def sensitivity(motion: Trajectory) -> Sensitivity:
                 f"sensitivity: a contact comes to rest at {time:g} s by ever smaller bounces; "
                 "motions are taken in which contacts part again or stay at their first impact"
             )
-    return Chain(motion).followed()
+    return Chain(motion, controls=controls).followed()
 
 
 class Chain:
     """Flows and impacts of one motion, one after the other."""
 
-    def __init__(self, motion: Trajectory) -> None:
-        self._motion = motion
-        self._total = np.eye(2 * motion.scene.robot.nv)
+    def __init__(self, motion: Trajectory, *, controls: bool = False) -> None:
+        self._motion, self._size = motion, 2 * motion.scene.robot.nv
+        self._names = motion.scene.entry_names("contacts")
+        self._by_controls = controls
+        # By the state at the start, e and µ of each contact, and by torques.
+        self._contacts = self._size + np.arange(2 * len(self._names)).reshape(2, -1)
+        width = self._size + self._contacts.size
+        self._total = np.eye(self._size, width + controls * (self._size // 2))
+        self._forced = slice(width, None)
         self._saltations: list[tuple[float, Saltation]] = []
         self._flows: dict[frozenset[str], Flow] = {}
 
@@ -143,8 +187,18 @@ class Chain:
         t, q, v = self._through(motion.impacts)
         if motion.duration > t:
             self._flow(t, motion.duration, q, v)
-        self._total.setflags(write=False)
-        return Sensitivity(self._total, tuple(self._saltations))
+        total = self._total
+        total.setflags(write=False)
+        by_e, by_mu = (
+            {n: total[:, i] for n, i in zip(self._names, columns, strict=True)}
+            for columns in self._contacts
+        )
+        for rest in motion.rests:
+            contact = motion.scene.contacts[self._names.index(rest.contact)]
+            if getattr(contact, "friction", 0.0) and rest.end > rest.start + SAME_TIME:
+                by_mu[rest.contact] = np.full(self._size, np.nan)
+        forced = total[:, self._forced] if self._by_controls else None
+        return Sensitivity(total[:, : self._size], tuple(self._saltations), by_e, by_mu, forced)
 
     def _through(
         self, impacts: Sequence[tuple[float, Impact]]
@@ -168,30 +222,47 @@ class Chain:
         t, q, v = self._through(self._motion.impacts[:index])
         time, impact = self._motion.impacts[index]
         self._flow(t, time, q, v)
-        before = self._total
+        before = self._total[:, : self._size]
         self._strike(time, impact)
-        after = self._flow_of(self._resting(time, 1.0))
-        return before, self._total, after.acceleration(time, impact.q, impact.v_after)
+        after = self._flow_of(self._resting(time, 1.0), time)
+        return (
+            before,
+            self._total[:, : self._size],
+            after.acceleration(time, impact.q, impact.v_after),
+        )
 
     def _resting(self, t: float, side: float) -> frozenset[str]:
         """The contacts that rest just before (−1) or after (1) a time."""
         at = t + side * SAME_TIME
         return frozenset(r.contact for r in self._motion.rests if r.start < at < r.end)
 
-    def _flow_of(self, resting: frozenset[str]) -> Flow:
+    def _flow_of(self, resting: frozenset[str], t: float) -> Flow:
+        """The flow while some contacts rest, under the torques of a time."""
         flow = self._flows.get(resting)
         if flow is None:
             flow = self._flows[resting] = Flow(self._motion.scene, resting)
+        flow.controls = self._motion._path.footing(t)[2]
         return flow
 
+    def _switches(self) -> Iterator[float]:
+        """The times at which torques from outside change."""
+        path, last = self._motion._path, np.zeros(0)
+        for t in path.step_times.tolist():
+            now = path.footing(t)[2]
+            if not np.array_equal(now, last):
+                yield t
+            last = now
+
     def _flow(self, start: float, end: float, q: np.ndarray, v: np.ndarray) -> None:
-        """Pass a stretch, cut where contacts let go."""
-        inside = {r.end for r in self._motion.rests if start + SAME_TIME < r.end < end - SAME_TIME}
+        """Pass a stretch, cut where contacts let go and torques change."""
+        ends = {*(r.end for r in self._motion.rests), *self._switches()}
+        inside = {t for t in ends if start + SAME_TIME < t < end - SAME_TIME}
         times = [start, *sorted(inside), end]
         for t, until in pairwise(times):
-            flow = self._flow_of(self._resting(t, 1.0))
-            part, q, v = flow.jacobian(t, until, q, v)
-            self._total = part @ self._total
+            flow = self._flow_of(self._resting(t, 1.0), t)
+            part, q, v = flow.jacobian(t, until, q, v, by_controls=self._by_controls)
+            self._total = part[:, : self._size] @ self._total
+            self._total[:, self._forced] += part[:, self._size :]
             there = self._motion.at(until)[0]
             apart = np.abs(pin.difference(self._motion.scene.robot.model, there, q)).max()
             if apart > ASTRAY:
@@ -217,6 +288,10 @@ class Chain:
         for item in found:
             self._saltations.append((time, item))
             self._total = item.matrix @ self._total
+            nv = self._size // 2
+            for kind, columns in zip(("restitution", "friction"), self._contacts, strict=True):
+                for name, own in item.derivatives["v_after", kind].items():
+                    self._total[nv:, columns[self._names.index(name)]] += own
 
     def _saltation(
         self,
@@ -226,11 +301,13 @@ class Chain:
         before: frozenset[str],
         after: frozenset[str],
     ) -> Saltation:
-        first, second = self._flow_of(before), self._flow_of(after)
+        first = self._flow_of(before, max(time - SAME_TIME, 0.0))
+        rate = first.acceleration(time, impact.q, impact.v_before)
+        second = self._flow_of(after, time)
         return saltation(
             impact,
             contact,
-            acceleration_before=first.acceleration(time, impact.q, impact.v_before),
+            acceleration_before=rate,
             acceleration_after=second.acceleration(time, impact.q, impact.v_after),
         )
 
@@ -262,7 +339,7 @@ class Chain:
                 then = rests | (after & {name})
                 chain.append(self._saltation(time, part, name, rests, then))
                 v, rests = part.v_after, then
-            whole = np.eye(len(self._total))
+            whole = np.eye(self._size)
             for item in chain:
                 whole = item.matrix @ whole
             wholes.append((v, whole))
