@@ -19,7 +19,7 @@ from ..errors import (
     a_thing,
     quoted,
 )
-from ..impact.flat.model import ANGLE, BALL, CIRCLE, FREE, PLANAR, SLIDE, flat_model
+from ..impact.flat.model import ANGLE, BALL, CIRCLE, FREE, PLANAR, SLIDE, flat_model_of
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..rows.entries import Site
@@ -372,7 +372,7 @@ def long_tree(
 
 def _of_robot(robot: Robot) -> LongTree:
     model = robot.model
-    flat = flat_model(model)
+    flat = flat_model_of(robot)
     if flat.core.has_followers or flat.core.has_ellipsoids:
         raise InputError("a long tree has no joints that follow others, and no ellipsoids")
     joints = np.zeros((model.njoints - 1, 4), dtype=int)

@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 
 from .._core import ForcesOfMotion
+from ..design.fit_result import whitening
 from ..impact.flat.scene import flat_scene
 from ..impact.outcome import Touch, touches_of
 from ..motion.flat import flat_motion
-from ..robot.masses import crba_of, symmetric
 from ..rows.bodies import bodies_of
 from ..scene import Collision, Scene
 
@@ -49,7 +49,6 @@ class ClosingContacts:
         scene = replace(scene, impulses=())
         self._core = ForcesOfMotion(flat_motion(scene).core, 0.0)
         self._model, self.nv = scene.robot.model, scene.robot.nv
-        self._data = self._model.createData()
         self._names = scene.entry_names("contacts")
         self._margins = {
             k: bodies_of(scene.robot, entry).margin
@@ -121,7 +120,7 @@ class ClosingContacts:
                 # Rows as if q were exact say the impulse, which says what q does to the balance.
                 shares = np.zeros(basis.shape[1])
                 for _ in range(2):
-                    weight = _inverse_root(spread.of(chosen, shares))
+                    weight = whitening(spread.of(chosen, shares))
                     shares, _, rank, _ = np.linalg.lstsq(
                         weight @ basis, weight @ momentum, rcond=DEPENDENT
                     )
@@ -143,8 +142,7 @@ class ClosingContacts:
 
     def mass_of(self, q: np.ndarray) -> np.ndarray:
         """(nv, nv) M at q."""
-        found = np.array(crba_of(self._model)(self._model, self._data, q))
-        return symmetric(found.reshape(self._model.nv, self._model.nv))
+        return self._flat.model.core.mass_matrix(q).reshape(self.nv, self.nv)
 
     def _blocks(self, q: np.ndarray, order: list[int]) -> dict[int, Block]:
         """Rows and axes of each contact, and under ``HELD`` the rows of the constraints."""
@@ -238,9 +236,3 @@ def _stacked(blocks: list[Block], nv: int) -> Block:
     if not blocks:
         return np.zeros((0, nv)), np.zeros((0, 3, 3))
     return np.vstack([rows for rows, _ in blocks]), np.concatenate([axes for _, axes in blocks])
-
-
-def _inverse_root(covariance: np.ndarray) -> np.ndarray:
-    """W with WᵀW the inverse of a covariance."""
-    values, axes = np.linalg.eigh(covariance)
-    return axes.T / np.sqrt(np.maximum(values, SINGULAR * values.max()))[:, None]

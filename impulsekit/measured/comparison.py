@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
@@ -15,6 +14,7 @@ from ..design.parameters import Measurement, groups_of, parameters_of
 from ..design.solved import SolvedImpacts
 from ..display import Displayed, one_line
 from ..errors import ImpulsekitError, InputError
+from ..impact.flat.model import flat_model_of
 from ..robot.arrays import lock
 from ..scene import JointLock, Law, RestitutionTable, Scene
 from ..scene.numbers import whole
@@ -350,10 +350,9 @@ def _sizes(seen: Sequence[Measurement]) -> tuple[list[np.ndarray], np.ndarray]:
     """W with WᵀW = M of each impact, and (3, N) |v⁻|, |v⁺|, |v⁺ − v⁻|."""
     roots, sizes = [], np.empty((3, len(seen)))
     for k, m in enumerate(seen):
-        model = m.scene.robot.model
-        mass = pin.crba(model, model.createData(), np.array(m.q, dtype=float))
-        mass = np.triu(mass) + np.triu(mass, 1).T
-        roots.append(np.linalg.cholesky(mass).T)
+        nv = m.scene.robot.nv
+        mass = flat_model_of(m.scene.robot).core.mass_matrix(np.array(m.q, dtype=float))
+        roots.append(np.linalg.cholesky(mass.reshape(nv, nv)).T)
         before, after = np.array(m.v_before, dtype=float), np.array(m.v_after, dtype=float)
         for i, v in enumerate((before, after, after - before)):
             sizes[i, k] = np.linalg.norm(roots[-1] @ np.nan_to_num(v))
