@@ -11,7 +11,6 @@ import pytest
 
 import impulsekit as ik
 
-from ..robots import one_body
 from .compare import random_states, worst_difference
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
@@ -200,40 +199,6 @@ def test_a_pose_all_but_singular_is_as_solve_has_it():
             assert impact.is_valid() == batch.valid[i]
             off = np.abs(batch.v_after[i] - impact.v_after).max()
             assert off < (1e-15 / angle + 1e-12) * np.abs(impact.dv).max()
-
-
-MASS, MOMENT, ARM = 0.0485, 2.9e-5, np.array([0.01, -0.04])
-
-
-def of_a_plate(v, e, mu):
-    """(3,) v⁺ of a plate: it sticks where |P_t| ≤ µ P_n then, else it slides on as it slid."""
-    rows = np.array([[1.0, 0.0, -ARM[1]], [0.0, 1.0, ARM[0]]])
-    inverse = np.diag([1.0 / MASS, 1.0 / MASS, 1.0 / MOMENT])
-    W, u = rows @ inverse @ rows.T, rows @ v
-    b = np.array([u[0], (1.0 + e) * u[1]])
-    if u[1] >= 0.0:
-        return v
-    P = -np.linalg.solve(W, b)
-    for s in (1.0, -1.0) if abs(P[0]) > mu * P[1] else ():
-        pressed = -b[1] / (W[1, 1] - mu * s * W[0, 1])
-        slides = np.array([-mu * s * pressed, pressed])
-        if pressed > 0.0 and s * (b[0] + W[0] @ slides) > 0.0:
-            return v + inverse @ rows.T @ slides
-    return v + inverse @ rows.T @ P
-
-
-def test_plates_in_a_plane_end_in_the_textbooks_two_modes():
-    robot = one_body("b", MASS, MOMENT, root="planar")
-    v = np.c_[rng().normal(size=64), -1.0 - rng().random(64), 10.0 * rng().normal(size=64)]
-    e, mu = rng().uniform(0, 1, 64), rng().uniform(0.05, 0.6, 64)
-    contact = ik.Contact("b", at=[*ARM, 0], normal=[0, 1, 0])
-    batch = ik.solve_batch(
-        ik.Scene(robot, contacts=[contact], gap_bound=np.inf), robot.neutral(), v,
-        restitution=e[:, None], friction=mu[:, None],
-    )  # fmt: skip
-    truth = np.array([of_a_plate(*row) for row in zip(v, e, mu, strict=True)])
-    assert batch.valid.sum() > 48
-    np.testing.assert_allclose(batch.v_after[batch.valid], truth[batch.valid], atol=1e-11)
 
 
 def test_few_rows_many_rows_and_threads_give_the_same_bits():

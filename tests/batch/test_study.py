@@ -107,18 +107,6 @@ def test_a_run_that_stopped_goes_on_bit_for_bit(scene_file, tmp_path):
     assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
 
 
-def test_the_store_of_another_study_is_left_alone(scene_file, tmp_path):
-    run_study(load_study(scene_file()), tmp_path / "rows")
-    before = contents(tmp_path / "rows")
-    with pytest.raises(ik.errors.InputError, match="another study: samples"):
-        run_study(load_study(scene_file(samples=1001)), tmp_path / "rows")
-    assert contents(tmp_path / "rows") == before
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis.tex").write_text("years of work")
-    with pytest.raises(ik.errors.InputError, match="something else"):
-        run_study(load_study(scene_file()), tmp_path / "mine")
-
-
 def test_a_full_disk_is_told_and_what_is_done_stays(scene_file, tmp_path, monkeypatch):
     study = load_study(scene_file())
     whole = np.savez

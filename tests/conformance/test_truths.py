@@ -6,12 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from .end_laws import compression, left_of_coulomb, struck_once
-from .laws import in_sequence
 from .path_laws import struck_along_path
-from .waves import waves
 
 # A rod of 1 kg and 1 m, 3 in 4 steep, on its end: W of x, y, z in units of 1/kg.
 C, S = Fraction(4, 5), Fraction(3, 5)
@@ -65,35 +62,3 @@ def test_several_contacts_obey_the_law_and_what_is_off_does_not():
         swapped = P.reshape(3, 3)[:, [1, 0, 2]].ravel()
         assert left_of_coulomb(W, b, mu, swapped) > 1e-6
         assert left_of_coulomb(W, b, 1.01 * mu, P) > 1e-6 or not P[0::3].any()
-
-
-def row_of_balls(*masses):
-    """W and velocities of a row along z, the first of which comes at 1 m/s."""
-    n = len(masses) - 1
-    J = np.zeros((3 * n, n + 1))
-    for i in range(n):
-        J[3 * i + 2, i : i + 2] = -1.0, 1.0
-    v = np.eye(n + 1)[0]
-    inverse = np.diag(1.0 / np.array(masses))
-    return J @ inverse @ J.T, J @ v, lambda P: v + inverse @ J.T @ P
-
-
-def test_three_balls_in_sequence_and_in_waves():
-    """In sequence the last goes on alone; in waves they part as three masses on two springs do."""
-    W, u, after = row_of_balls(1.0, 1.0, 1.0)
-    ones, none = np.ones(2), np.zeros(2)
-
-    def hit(i, own, _):
-        return struck_once(W[:3, :3], own, own, 1.0, 0.0, "newton")
-
-    assert after(in_sequence(W, u, hit)) == pytest.approx([0, 0, 1], abs=1e-14)
-    found = after(waves(W, u, ones, none, ones, exponent=1.0))
-    masses, springs = np.eye(3), np.array([[1.0, -1, 0], [0, 1, -1]])
-
-    def rates(_, y):
-        force = np.maximum(springs @ y[:3], 0.0)
-        return np.concatenate([y[3:], -springs.T @ force])
-
-    way = solve_ivp(rates, [0, 30], [0, 0, 0, 1, 0, 0], rtol=1e-10, atol=1e-12, max_step=0.01)
-    assert found == pytest.approx(way.y[3:, -1], abs=1e-6)
-    assert found @ masses @ found == pytest.approx(1.0, rel=1e-11)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from benchmarks.fuzz import target
 from benchmarks.fuzz.grammar import random_scene
-from benchmarks.fuzz.target import KINDS, SECRET, Fault, file_of, prepare, try_file
+from benchmarks.fuzz.target import KINDS, SECRET, Fault, prepare, try_file
 
 QUIET = settings(
     max_examples=60,
@@ -22,13 +22,6 @@ QUIET = settings(
 def folder(tmp_path):
     prepare(tmp_path)
     return tmp_path
-
-
-def test_a_file_is_its_number_and_the_seed():
-    for number in range(8):
-        assert file_of(3, number) == file_of(3, number)
-        assert file_of(3, number)[0] == KINDS[number % 4]
-    assert file_of(3, 0) != file_of(4, 0)
 
 
 @QUIET

@@ -41,13 +41,3 @@ def test_what_is_held_wholly_bears_no_contact(count, mu, order):
     assert impact.status is ik.Status.SOLVED
     assert np.abs(impact.v_after).max() < 1e-15
     assert np.array([contact.impulse for contact in impact.contacts]) == pytest.approx(0, abs=0)
-
-
-def test_what_is_driven_into_the_floor_has_no_answer():
-    """A box that is made to sink cannot be kept out of the floor by any impulse."""
-    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
-    lock = ik.JointLock("root_joint", velocity=[0, 0, -1, 0, 0, 0])
-    contacts = [ik.Contact("box", at=[0.1 * i, 0, -0.1], friction=0.5) for i in range(2)]
-    scene = ik.Scene(box, constraints=[lock], contacts=contacts)
-    impact = ik.solve(scene, box.neutral(), box.velocity())
-    assert impact.status is ik.Status.NO_SOLUTION

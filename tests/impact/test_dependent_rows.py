@@ -133,41 +133,6 @@ def test_a_demand_may_be_written_in_many_ways(way):
         assert relative(wrench - wrench_plain, wrench_plain) < 1e-10
 
 
-# -- two pins of one point, written 1e-10 m apart, are one pin to all that asks
-
-
-PINNED = np.array([0.0, 0.0, 0.05])
-
-
-def pinned(pins, law, points):
-    """A ball on a pin that turns into contacts; it moves as the pin lets it."""
-    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    rng = np.random.default_rng(2)
-    turning, contacts = rng.normal(size=3), []
-    for _ in range(points):
-        at = np.array([*rng.uniform(-0.03, 0.03, 2), 0.0])
-        normal = np.cross(at - PINNED, rng.normal(size=3))
-        normal *= -np.sign(normal @ np.cross(turning, at - PINNED)) / np.linalg.norm(normal)
-        contacts.append(ik.Contact("ball", at=at, normal=normal, friction=0.2, restitution=0.4))
-    held = [ik.PointAnchor("ball", at=(apart, 0.0, 0.05)) for apart in pins]
-    v = ball.velocity(root_joint=[*-np.cross(turning, PINNED), *turning])
-    scene = ik.Scene(ball, constraints=held, contacts=contacts, law=law)
-    return ik.solve(scene, ball.neutral(), v)
-
-
-@pytest.mark.parametrize(
-    ("law", "points"),
-    [(ik.Law(), 2), (ik.Law(slip="path"), 1), (ik.Law(order="sequential"), 2)],
-    ids=str,
-)
-def test_derivatives_take_two_pins_of_one_point_for_one(law, points):
-    once, twice = (pinned(pins, law, points) for pins in ([0.0], [0.0, 1e-10]))
-    np.testing.assert_allclose(twice.v_after, once.v_after, atol=1e-6)
-    true, found = (ik.derivatives(impact)["v_after", "v"] for impact in (once, twice))
-    assert np.abs(true).max() > 0.1
-    np.testing.assert_allclose(found, true, atol=1e-5)
-
-
 # -- demands on real robots that cannot be, and some that can
 
 

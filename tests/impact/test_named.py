@@ -8,8 +8,6 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import ImpulsekitError, UnknownNameError
 
-from ..robots import one_body
-
 
 def landed_quadruped():
     robot = ik.Robot.from_example("solo12", root="freeflyer")
@@ -61,17 +59,3 @@ def test_results_by_name_cannot_be_changed_and_are_pickled():
     assert again["HR foot"].impulse == pytest.approx(impact.contacts["HR foot"].impulse, abs=0)
     assert pickle.loads(pickle.dumps(impact.bodies)).keys() == impact.bodies.keys()
     json.dumps(impact.to_dict(), allow_nan=False)
-
-
-def test_the_hits_of_a_motion_are_found_by_contact():
-    robot = one_body("ball", 1, 0.1)
-    floor = ik.Contact("ball", at=[0, 0, -0.1], restitution=0.5, name="floor")
-    roof = ik.Contact("ball", origin=[0, 0, 9], normal=[0, 0, -1], name="roof")
-    q = robot.configuration(root_joint=[0, 0, 0.1 + 0.5 * 9.81, 0, 0, 0, 1])
-    motion = ik.simulate(ik.Scene(robot, contacts=[floor, roof]), q, robot.velocity(), duration=1.5)
-    (time, hit), *_ = motion.contacts["floor"]
-    assert time == pytest.approx(1.0, abs=1e-9)
-    assert hit.velocity_before[2] == pytest.approx(-9.81, rel=1e-9)
-    assert motion.contacts["roof"] == ()
-    with pytest.raises(KeyError, match="did you mean"):
-        motion.contacts["flor"]

@@ -64,27 +64,6 @@ def test_nor_where_a_point_of_it_is_pinned():
     assert statuses(feet, constraints=[pin]) <= {"SOLVED"}
 
 
-@pytest.mark.parametrize("restitution", ["newton", "poisson"])
-@pytest.mark.parametrize("count", [1, 4])
-def test_derivatives_of_a_blow_on_what_rests(restitution, count):
-    """Against differences: its feet stick, which velocities of zero do not tell."""
-    solo = ik.Robot.from_example("solo12", root="freeflyer")
-    feet = [ik.Contact(f"{name}_FOOT", friction=0.7) for name in ("FL", "FR", "HL", "HR")]
-    blow = ik.AppliedImpulse("base_link", [0.3, 0.1, -2.0])
-    law = ik.Law(restitution=restitution)
-    scene = ik.Scene(solo, [blow], contacts=feet[:count], gap_bound=np.inf, law=law)
-    q = solo.neutral()
-
-    def after(v):
-        return ik.solve(scene, q, v).v_after
-
-    found = ik.derivatives(ik.solve(scene, q, solo.velocity()))
-    steps = 1e-6 * np.eye(solo.nv)
-    slopes = np.column_stack([(after(step) - after(-step)) / 2e-6 for step in steps])
-    assert found.status.name == "EXISTS"
-    np.testing.assert_allclose(found["v_after", "v"], slopes, atol=1e-7)
-
-
 @pytest.mark.parametrize("friction", [(0.9, 0.3), ik.FrictionTable([0.0, 1e-6], [0.9, 0.3])])
 @pytest.mark.parametrize("count", [1, 4])
 def test_static_friction_holds_what_rests(friction, count):

@@ -157,35 +157,6 @@ def test_along_its_path_as_integrated(law):
             assert impact.energy.change <= 1e-12
 
 
-def on_a_belt(mu):
-    """Contacts with W = j jᵀ and slip that j cannot stop; what moves besides is driven.
-
-    ξ = b − j b_n/j_n, and P_n j·(−µ s, 1) = −b_n/j_n; where that has no P_n > 0 there is no answer.
-    """
-    rng = np.random.default_rng(5)
-    for _ in range(30):
-        j, b = rng.normal(size=3), rng.normal(size=3)
-        b[2] = -abs(b[2])
-        xi = b - j * b[2] / j[2]
-        s = xi[:2] / np.linalg.norm(xi[:2])
-        normal = -b[2] / j[2] / (j[2] - mu * j[:2] @ s)
-        impact = solved_rows(np.column_stack([j, b]), [0.0, 1.0], 0.0, mu, kept=1)
-        yield impact, normal * np.array([*(-mu * s), 1.0])
-
-
-@pytest.mark.parametrize("mu", [0.3, 5.0, 1e3])
-def test_of_a_contact_with_one_way_to_go_on_a_belt_the_slip_is_known(mu):
-    wanted = [(impact, P) for impact, P in on_a_belt(mu) if P[2] > 0.0]
-    assert 3 < len(wanted) < 29
-    for impact, P in wanted:
-        assert in_own_rows(impact) == pytest.approx(P, rel=1e-6)
-
-
-@pytest.mark.parametrize("mu", [0.3, 5.0, 1e3])
-def test_on_a_belt_that_friction_wedges_nothing_is_an_answer(mu):
-    assert not any(impact.is_valid() for impact, P in on_a_belt(mu) if P[2] <= 0.0)
-
-
 @every_path
 @pytest.mark.parametrize("e", [0.0, 0.5])
 @pytest.mark.parametrize("slip", [-1.0, 0.0, 1.0])

@@ -12,7 +12,6 @@ from impulsekit.measured import (
     LawCandidate,
     Measurement,
     compare_laws,
-    find_mirrored,
     fit_impacts,
 )
 from tests.measured.bodies import ball_scene
@@ -107,21 +106,6 @@ def slid(scene, slip, fall, e, mu):
     radius = -scene.contacts[0].at[2]
     spin = mu * blow * radius / inertia.inertia[1, 1]
     return np.array([slip - mu * blow / inertia.mass, 0, e * fall, 0, spin, 0])
-
-
-def test_mirrored_axes_are_found_and_mended():
-    seen = rod_impacts(ik.Law(), 0.5, 0.2, 25, 0.01)
-    for signs in ([-1.0, 1, 1], [-1.0, 1, -1], [1.0, 1, 1]):
-        wrong = [
-            replace(m, v_before=signs * np.array(m.v_before), v_after=signs * np.array(m.v_after))
-            for m in seen
-        ]
-        found = find_mirrored(wrong)
-        assert found.signs.tolist() == signs and found.left < 0.1 and not found.notes
-        mended = found.apply(wrong)
-        assert np.allclose(mended[3].v_after, seen[3].v_after)
-    with pytest.raises(InputError, match="no measurements"):
-        find_mirrored([])
 
 
 def test_what_is_given_wrongly_is_said():

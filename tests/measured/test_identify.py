@@ -133,9 +133,3 @@ def test_what_is_not_determined_is_a_dash_and_stays_as_it_was():
     assert parameters["floor: friction"]["value"] is None
     assert found.scene.contacts[0].friction == 0.1
     assert found.scene.contacts[0].restitution == pytest.approx(0.82, abs=5e-3)
-
-
-@pytest.mark.parametrize(("option", "value"), [("--held-out", "2"), ("--threads", "0")])
-def test_errors_of_the_command_name_its_options(option, value):
-    result = run("identify", *BOUNCE, option, value)
-    assert result.exit_code == 2 and result.stderr.startswith(f"error: {option} must be ")

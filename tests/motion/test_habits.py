@@ -92,19 +92,6 @@ def test_a_recording_is_compared_in_place_and_turn():
     assert again.position.max() == 0.0 and again.rotation.max() < 1e-15
 
 
-def test_a_recording_of_something_else_is_refused():
-    motion = bouncing()
-    for wrong, kind in (
-        (None, errors.InputError),
-        (ik.measured.Recording(sliders(1), [0.0], [[0.0]]), errors.InputError),
-        (ik.measured.Recording(BALL, [7.0], [BALL.neutral()]), errors.RangeError),
-    ):
-        with pytest.raises(kind):
-            motion.compare(wrong)
-    with pytest.raises(errors.UnknownNameError):
-        motion.compare(motion, frame="bal")
-
-
 def test_progress_is_a_bar_on_stderr(capsys):
     motion = bouncing(progress=True)
     told = capsys.readouterr()

@@ -93,14 +93,3 @@ def test_a_planar_part_stays_in_its_plane():
     with pytest.raises(RangeError, match="cannot make"):
         tilt = pin.exp3(np.array([0.1, 0, 0]))
         ik.place(robot, q, "two/ball", at_frame="one/ball", rotation=tilt)
-
-
-def test_a_part_is_placed_by_a_link_at_its_end():
-    # A quadruped whose foot is put on a point of a turned world, its joints as they are.
-    quadruped = ik.Robot.from_example("solo12", root="freeflyer")
-    robot = ik.combine(dog=quadruped, arm=ik.Robot.from_example("ur5"))
-    q = random_pose(robot, 7)
-    placed = ik.place(robot, q, "dog/FL_FOOT", at=[1, 2, 3], rotation=np.eye(3))
-    foot = robot.placement(placed, "dog/FL_FOOT")
-    close(foot.matrix, np.block([[np.eye(3), np.array([[1, 2, 3]]).T], [np.zeros(3), 1]]), 1e-14)
-    close(placed[7:], q[7:], 0.0)

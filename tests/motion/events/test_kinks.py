@@ -34,26 +34,6 @@ def test_a_bumper_is_not_flown_past_between_two_looks():
     assert abs(motion.v[-1, 1]) > 0.1
 
 
-def test_a_joint_without_end_leaves_its_spring_on_both_sides():
-    text = ik.models.pendulum_urdf(1).replace('type="revolute"', 'type="continuous"')
-    robot = ik.Robot.from_urdf(text)
-    speed = 9.0
-    (link,) = [link for link in robot.links if link.mass > 0]
-    inertia = link.inertia_in_joint_axes[1, 1] + link.mass * link.com_in_joint @ link.com_in_joint
-    omega = 2.0
-    spring = ik.JointSpring("joint_1", stiffness=omega**2 * inertia, acts="above")
-    scene = ik.Scene(robot, forces=[spring], gravity=NOWHERE)
-    # From -1 to 0 it turns freely, from 0 to pi against the spring, and freely again.
-    met = 1.0 / speed
-    within = np.arcsin(np.pi * omega / speed) / omega
-    slower = np.sqrt(speed**2 - (np.pi * omega) ** 2)
-    q = robot.configuration(joint_1=-1.0)
-    motion = ik.simulate(scene, q, [speed], duration=met + within + 0.2)
-    turned = np.arctan2(motion.q[-1, 1], motion.q[-1, 0])
-    np.testing.assert_allclose(motion.v[-1, 0], slower, rtol=1e-9)
-    np.testing.assert_allclose(turned, np.pi + 0.2 * slower - 2.0 * np.pi, rtol=1e-8)
-
-
 def test_what_comes_to_rest_at_a_kink_rests_there():
     # Damped from both sides it is at rest but for rounding after a second.
     robot = sliders(1)

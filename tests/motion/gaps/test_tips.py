@@ -1,7 +1,6 @@
 """Round bodies on faces: their tips are followed, and where another comes down is an impact."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from scipy.integrate import quad
 
@@ -55,45 +54,3 @@ def test_the_other_end_of_a_cylinder_that_falls_over_is_an_impact(e):
     after = [impact.velocity_at("b", at).after[2] for at in (end, other)]
     assert max(after) == pytest.approx(e * speed, abs=1e-4)
     assert min(after) > -1e-6
-
-
-FLOORS = {"plane": 'type="plane" size="9 9 1"', "box": 'type="box" size="9 9 1" pos="0 0 -1"'}
-# A trunk that slides and turns in a plane, a shin and a foot that is a capsule.
-FOOT = """<mujoco><compiler angle="radian"/><worldbody><geom name="floor" {}/><body name="trunk">
-<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
-<joint name="y" type="hinge" axis="0 1 0"/>
-<inertial pos="0 0 .1" mass="3" diaginertia=".05 .05 .05"/>
-<body name="shin"><joint name="knee" type="hinge" axis="0 1 0"/>
-<inertial pos="0 0 -.15" mass="2" diaginertia=".02 .02 .02"/><body name="foot" pos="0 0 -.3">
-<joint name="ankle" type="hinge" axis="0 1 0"/>
-<inertial pos=".05 0 0" mass="1" diaginertia=".01 .01 .01"/>
-<geom name="foot" type="capsule" fromto="-.08 0 0 .17 0 0" size=".04"/></body></body></body>
-</worldbody></mujoco>"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("q", "v"),
-    [([0, 0.36, 0.1, -0.2, 0.12], [0, 0, 0, 0, 0]), ([0, 0.38, 0.1, -0.2, 0.2], [1, 0, 0, 0, 1])],
-)
-def test_a_capsule_that_comes_to_lie_on_a_half_space_needs_few_steps(q, v):
-    ends = []
-    for floor in FLOORS.values():
-        robot = ik.Robot.from_mjcf(FOOT.format(floor))
-        contact = ik.Collision("foot", "floor", friction=0.6, restitution=0.3)
-        scene = ik.Scene(robot, contacts=[contact])
-        # Points that were found anew, within 1e-7 m of the floor, came and went at trial states.
-        motion = ik.simulate(
-            scene, np.array(q, dtype=float), np.array(v, dtype=float), 0.2, accuracy="high"
-        )
-        assert motion.status.finished
-        assert len(motion.step_times) < 100
-        ends.append(motion.q[-1])
-        # It lies there: both ends are as high as it is thick.
-        data = robot.model.createData()
-        pin.framesForwardKinematics(robot.model, data, motion.q[-1])
-        foot = data.oMf[robot.model.getFrameId("foot")]
-        for x in (-0.08, 0.17):
-            assert foot.act(np.r_[x, 0, 0])[2] == pytest.approx(0.04, abs=1e-8)
-    # Which of the last meetings, below 1e-3 m/s, are captured is told by rounding.
-    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-6)
