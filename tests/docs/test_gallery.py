@@ -2,8 +2,12 @@
 
 import re
 import shutil
+import sys
 
 import pytest
+
+import impulsekit as ik
+from impulsekit.impact import ImpactSolver
 
 from .site import is_blank
 from .test_pages import DOCS, ROOT
@@ -20,6 +24,9 @@ def gallery(monkeypatch, tmp_path):
     for name in ("models", "examples"):
         (tmp_path / "work" / name).symlink_to(ROOT / name)
     monkeypatch.setattr(make_gallery, "GENERATED", tmp_path)
+    # What it replaces in the process of a script is put back.
+    for home, name in ((ik, "solve"), (ik, "simulate"), (ImpactSolver, "solve"), (sys, "argv")):
+        monkeypatch.setattr(home, name, getattr(home, name))
     return make_gallery
 
 

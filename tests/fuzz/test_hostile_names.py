@@ -11,7 +11,6 @@ import pytest
 import impulsekit as ik
 from impulsekit import errors
 from impulsekit.scene import ReportPoint
-from tests.view.browser import browser
 
 SCRIPT = "</script><script>window.owned = 1</script><img src=x onerror=window.owned=1>"
 NAMES = [
@@ -60,13 +59,14 @@ def test_a_page_holds_names_as_text(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [SCRIPT, "__proto__"])
-def test_a_browser_runs_nothing_of_a_name(name, tmp_path):
-    with browser() as page:
-        ik.replay(impact_of(name), tmp_path / "page.html", play=False)
-        page.open(tmp_path / "page.html")
-        assert page.run("() => window.owned === undefined")
-        assert page.run("() => document.querySelector('#legend b').textContent") == name
-        assert page.requests == []
+def test_a_browser_runs_nothing_of_a_name(name, session_browser, tmp_path):
+    session_browser.requests.clear()
+    ik.replay(impact_of(name), tmp_path / "page.html", play=False)
+    session_browser.open(tmp_path / "page.html")
+    assert session_browser.run("() => window.owned === undefined")
+    assert session_browser.run("() => document.querySelector('#legend b').textContent") == name
+    assert session_browser.requests == []
+    session_browser.leave()
 
 
 @pytest.mark.slow

@@ -12,7 +12,11 @@ from benchmarks.stress.run import solved_case
     ids=lambda i: f"{LAWS[i].restitution}-{LAWS[i].slip}-{LAWS[i].order}",
 )
 @pytest.mark.parametrize(
-    "count", [pytest.param(3, id="few"), pytest.param(30, id="many", marks=pytest.mark.sweep)]
+    "count",
+    [
+        pytest.param(3, id="few"),
+        pytest.param(30, id="many", marks=[pytest.mark.slow, pytest.mark.sweep]),
+    ],
 )
 def test_valid_answers_are_those_of_kane_and_keep_the_law(place, count):
     jobs = [(SWEEPS[0].name, place, repeat, count) for repeat in range(count)]

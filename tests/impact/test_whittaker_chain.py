@@ -23,7 +23,7 @@ def point_velocities(impact: ik.Impact, n: int, length: float = 1.0) -> np.ndarr
     return np.array([impact.velocity_at(frame, at).after[1] for frame, at in points])
 
 
-LONGEST = pytest.param(240, marks=pytest.mark.slow)
+LONGEST = pytest.param(240, marks=[pytest.mark.slow, pytest.mark.sweep])
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 10, 14, 15, 20, 40, 60, 120, LONGEST])
