@@ -126,6 +126,16 @@ TABLE: tuple[_Row, ...] = (
         OfJob("derivatives", f"{label}: derivatives / solve", times, 30.0)
         for label, times in jobs.DERIVATIVES.items()
     ),
+    *(
+        OfJob("derivatives", f"{name}, {what}: {label}", partial(job, name, touches), bound, unit)
+        for name, (_, _, one, row) in jobs.GRADIENTS.items()
+        for what, touches in (("a blow", False), ("contacts", True))
+        for label, job, bound, unit in (
+            ("all derivatives", jobs.all_derivatives, one, "µs"),
+            ("vjp of a row, two cores", jobs.gradient_of_a_row, row, "µs"),
+            ("vjp / solve_batch", jobs.gradient_of_batch, 4.0, ""),
+        )
+    ),
     OfProblem("batch", "struck robot", "struck robot 9", LARGE, CRBA, 30.0, at_least=True),
     OfProblem("batch", "struck robot", "struck robot 38", LARGE, CRBA, 15.0, at_least=True),
     OfProblem("batch", "foot", "foot that sticks 18", LARGE, DYNAMICS, 20.0, at_least=True),

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
+from impulsekit.batch.derivatives import vjp
 from impulsekit.batch.long import long_chain
 from impulsekit.batch.solve import solve_batch
 from impulsekit.checking import check
@@ -77,7 +78,7 @@ def _derivatives(held: bool, points: int) -> Times:
         [Contact(SOLES[0], at=corner, friction=0.5) for corner in CORNERS[:points]],
     )
     impact = solve(scene, q, v)
-    return in_turn(lambda: derivatives(impact), lambda: solve(scene, q, v))
+    return in_turn(lambda: derivatives(impact)["v_after", "q"], lambda: solve(scene, q, v))
 
 
 DERIVATIVES: dict[str, Callable[[], Times]] = {
@@ -86,6 +87,61 @@ DERIVATIVES: dict[str, Callable[[], Times]] = {
     "Talos, one frictional contact": partial(_derivatives, False, 1),
     "Talos, four frictional contacts": partial(_derivatives, False, 4),
 }
+
+
+# By robot: its root and the frames that touch, the most that all derivatives of one impact may
+# take, and the gradient of a row on two cores [µs].
+GRADIENTS = {
+    "panda": ("fixed", ("panda_hand",), 40.0, 2.0),
+    "talos": ("freeflyer", ("left_sole_link", "right_sole_link"), 120.0, 10.0),
+}
+
+
+def _gradient_job(name: str, touches: bool, count: int) -> tuple[Scene, np.ndarray, np.ndarray]:
+    """A blow on a frame, or frames that land, at many states."""
+    root, frames = GRADIENTS[name][:2]
+    robot, rng = Robot.from_example(name, root=root), np.random.default_rng(0)
+    blow = AppliedImpulse(frames[0], linear=(0.0, 1.0, 5.0))
+    contacts = [Contact(frame, friction=0.3, restitution=0.3) for frame in frames]
+    scene = Scene(robot, [] if touches else [blow], contacts=contacts if touches else [])
+    steps = rng.uniform(-0.3, 0.3, (count, robot.nv))
+    q = np.array([pin.integrate(robot.model, robot.neutral(), step) for step in steps])
+    v = rng.normal(size=(count, robot.nv))
+    v[:, 2 if root == "freeflyer" else 0] -= 2.0
+    return scene, q, v
+
+
+def gradient_of_batch(name: str, touches: bool) -> Times:
+    """Weighted gradients of a batch against the batch itself."""
+    scene, q, v = _gradient_job(name, touches, 4096)
+    return in_turn(
+        lambda: vjp(scene, q, v, v), lambda: solve_batch(scene, q, v), 4096, 4096, ROUNDS
+    )
+
+
+def gradient_of_a_row(name: str, touches: bool) -> list[float]:
+    """Processor time of a row's gradient, shared by two cores [µs]."""
+    scene, q, v = _gradient_job(name, touches, 4096)
+    return _taken(lambda: vjp(scene, q, v, v), 1, 2 * len(q))
+
+
+def all_derivatives(name: str, touches: bool) -> list[float]:
+    """Processor time of ∂v⁺ of one impact by everything [µs]."""
+    scene, q, v = _gradient_job(name, touches, 1)
+    impact = solve(scene, q[0], v[0])
+    return _taken(lambda: derivatives(impact)["v_after", "q"], 200, 200)
+
+
+def _taken(call: Callable[[], object], calls: int, share: int) -> list[float]:
+    """Processor time of calls over a share [µs], by round."""
+    call()
+    taken = []
+    for _ in range(ROUNDS):
+        start = time.process_time()
+        for _ in range(calls):
+            call()
+        taken.append(1e6 * (time.process_time() - start) / share)
+    return taken
 
 
 def _above_ground(robot: Robot) -> tuple[np.ndarray, np.ndarray]:

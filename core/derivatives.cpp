@@ -41,6 +41,8 @@ constexpr double kNullRow = 1e-22;
 constexpr double kUnmoved = 1e-12;
 // So many hits are differentiated one by one; longer series are known by their limit.
 constexpr int kMostHits = 2000;
+// Hits that leave more of the impulses than this share are not all of a series.
+constexpr double kSummedUp = 1e-10;
 
 // de/d(approach speed), and whether it was found by differences; edges are told by their kind.
 double slope_of(const BySpeed& e, double speed, double scale, bool& by_differences, int& edge) {
@@ -191,15 +193,17 @@ bool Derivation::is_stop(int i) const {
 
 void Derivation::find_coefficients() {
     const ImpactProblem& p = *given_.problem;
-    std::vector<double> after(p.v, p.v + nv_), blown(nv_, 0.0);
+    std::vector<double> after(p.v, p.v + nv_), blown;
     for (int i = 0; i < nv_; ++i) after[i] += given_.solution->dv[i];
-    if (p.impulse) std::copy(p.impulse, p.impulse + nv_, blown.begin());
-    held_->mass().solve(blown.data());
+    if (p.impulse) {
+        blown.assign(p.impulse, p.impulse + nv_);
+        held_->mass().solve(blown.data());
+    }
+    const double* speeds[] = {p.v, after.data(), blown.data()};
     scale_ = 0.0;
     for (int r = 0; r < 3 * n_; ++r)
-        for (const double* v : {p.v, static_cast<const double*>(after.data()),
-                                static_cast<const double*>(blown.data())})
-            scale_ = std::max(scale_, std::abs(dot(p.J + r * nv_, v, nv_)));
+        for (int k = 0; k < (p.impulse ? 3 : 2); ++k)
+            scale_ = std::max(scale_, std::abs(dot(p.J + r * nv_, speeds[k], nv_)));
     own_.assign(n_, {});
     for (int i = 0; i < n_; ++i) {
         Coefficients& own = own_[i];
@@ -345,6 +349,15 @@ bool Derivation::find_hits(std::vector<int>& order, std::vector<double>& shares)
             now = next;
             order.push_back(i);
             shares.insert(shares.end(), hit.impulse, hit.impulse + 3);
+        }
+        // The rest of a series without end was summed up, not followed.
+        const std::vector<double>& P = given_.solution->contact.impulse;
+        std::vector<double> left(P.begin(), P.begin() + rows);
+        for (std::size_t h = 0; h < order.size(); ++h)
+            for (int k = 0; k < 3; ++k) left[3 * order[h] + k] -= shares[3 * h + k];
+        if (largest(left.data(), rows) > kSummedUp * largest(P.data(), rows)) {
+            unavailable = Unavailable::too_many_hits;
+            return false;
         }
         for (int j = 0; j < n_; ++j)
             if (std::abs(now[3 * j + 2]) <= small && !at_rest[j]) edge(kHardlyParts, j);

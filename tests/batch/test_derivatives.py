@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
+from impulsekit.impact.derivatives import DerivativeStatus
 from tests.conformance.entries import ENTRIES
 from tests.impact.test_derivatives import CASES, blow, contacts, on_arm
 
@@ -114,7 +115,7 @@ def test_rows_without_derivatives_are_flagged_with_the_reason():
     scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5, friction=0.5)])
     V = np.array([[0, 0, -1, 0, 0, 0], [0.1, 0, 0, 0, 0, 0], [np.nan, 0, 0, 0, 0, 0]], dtype=float)
     found = ik.vjp(scene, ball.neutral(), V, np.eye(6)[2])
-    names = [tuple(ik.impact.derivatives.DerivativeStatus)[code].name for code in found.codes]
+    names = [tuple(DerivativeStatus)[code].name for code in found.codes]
     assert names == ["EXISTS", "MODE_EDGE", "NO_IMPACT"]
     assert np.isnan(found["v"][2]).all() and np.isfinite(found["v"][:2]).all()
     # Bent ever so little the second row of a stretched arm's tip stops it.
@@ -138,3 +139,14 @@ def test_weights_of_impulses_and_bad_names():
         ik.derivatives_batch(scene, Q, V, by="mu")
     with pytest.raises(ik.errors.ShapeError):
         ik.vjp(scene, Q, V, w[:, 0])
+
+
+def test_a_series_without_end_is_not_taken_for_its_first_hits():
+    """A ball in a narrow wedge hits its walls in turn for ever."""
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    walls = [ik.Contact("ball", normal=[x, 0, 0.1], restitution=0.5) for x in (-1.0, 1.0)]
+    scene = ik.Scene(ball, contacts=walls, law=ik.Law(order="sequential"))
+    V = np.array([[0.3, 0.0, -1.0, 0.1, 0.2, 0.0], [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    found = ik.vjp(scene, ball.neutral(), V, np.ones(6))
+    names = [tuple(DerivativeStatus)[code].name for code in found.codes]
+    assert names == ["NOT_AVAILABLE", "EXISTS"]
