@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from .batch.differentiable import Differentiable, leaves_of
+from .errors import MissingExtraError
+
+with MissingExtraError.unless("jax", "jax", "impulsekit.jax"):
+    import jax
+    import jax.numpy as jnp
 
 if TYPE_CHECKING:
     from .scene import Scene

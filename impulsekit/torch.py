@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import torch
-
 from .batch.differentiable import Differentiable, leaves_of
+from .errors import MissingExtraError
+
+with MissingExtraError.unless("torch", "torch", "impulsekit.torch"):
+    import torch
 
 if TYPE_CHECKING:
     from .scene import Scene

@@ -50,6 +50,9 @@ def folder(tmp_path, monkeypatch):
 def test_the_cells_of_a_page_run(path, folder):
     import matplotlib.pyplot as plt
 
+    for extra in ("torch", "jax"):
+        if any(f"import {extra}\n" in cell for cell in cells(path)):
+            pytest.importorskip(extra)
     names = {"__name__": "page"}
     for number, cell in enumerate(cells(path)):
         exec(compile(cell, f"{name(path)}, cell {number}", "exec"), names)
