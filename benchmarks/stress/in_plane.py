@@ -1,8 +1,8 @@
 """Bodies in a plane with up to four contacts, against all modes that the law allows.
 
 An answer that is called valid has to be one of those that fractions find (``enumerated``), and
-where they find another v⁺ that gains no energy either, the answer has to say that there are
-several. Bodies are free, slide along a line, or turn about a point: pairs with one relative
+where they find another v⁺ that gains no energy either, the answer must not say that it is the
+only one. Bodies are free, slide along a line, or turn about a point: pairs with one relative
 motion are among them.
 """
 
@@ -177,7 +177,7 @@ def judged(
         return told.status + why, "wrong", error, condition, share
     if nearest.gains:
         return told.status + " gains energy", "wrong", error, condition, share
-    if len(different) > 1 and not told.several:
+    if len(different) > 1 and told.others == "proven":
         return told.status + " of several", "wrong", error, condition, share
     return told.status, "right", error, condition, share
 

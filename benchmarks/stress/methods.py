@@ -18,7 +18,7 @@ from impulsekit.scene import Collision, Scene
 
 from .sweep import Case
 
-PROVEN = 0
+VERDICTS = ("proven", "not proven", "several")
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Told:
     Attributes:
         status: name of the status or of the error.
         valid, lawful: whether it is valid, and whether it obeys the law.
-        several: whether others are told of or not ruled out; where that is asked for.
+        others: verdict on other answers, "" where that was not asked for.
         after: (nv,) v⁺; None for an error.
         seconds: of the call; of a batch, per state.
     """
@@ -36,7 +36,7 @@ class Told:
     status: str
     valid: bool
     lawful: bool
-    several: bool
+    others: str
     after: np.ndarray | None
     seconds: float = 0.0
 
@@ -49,9 +49,9 @@ def told(call: Callable[[], Impact], *, others: bool = False) -> Told:
         status, after = impact.status, np.array(impact.v_after)
         seconds = time.perf_counter() - start
     except ImpulsekitError as error:
-        return Told(type(error).__name__, False, False, False, None, time.perf_counter() - start)
-    several = others and status.obeys_law and not impact.uniqueness.proven
-    return Told(status.name, impact.is_valid(), status.obeys_law, several, after, seconds)
+        return Told(type(error).__name__, False, False, "", None, time.perf_counter() - start)
+    verdict = impact.uniqueness.verdict if others and status.obeys_law else ""
+    return Told(status.name, impact.is_valid(), status.obeys_law, verdict, after, seconds)
 
 
 def told_by_batch(scene: Scene, q: np.ndarray, v: np.ndarray) -> list[Told]:
@@ -63,7 +63,7 @@ def told_by_batch(scene: Scene, q: np.ndarray, v: np.ndarray) -> list[Told]:
     others = batch.uniqueness
     found = zip(map(Status, batch.status.tolist()), others, v + batch.dv, strict=True)
     return [
-        Told(status.name, status.valid, status.obeys_law, int(other) != PROVEN, after, seconds)
+        Told(status.name, status.valid, status.obeys_law, VERDICTS[int(other)], after, seconds)
         for status, other, after in found
     ]
 

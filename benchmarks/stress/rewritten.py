@@ -238,8 +238,8 @@ def judged(
     error = math.nan
     if first.lawful and other.lawful and first.after is not None and back is not None:
         error = float(np.abs(back - first.after).max()) / scale
-    if not (first.valid and other.valid):
-        # One of them says that it has no answer.
+    if not (first.valid and other.valid) or "several" in (first.others, other.others):
+        # One of them says that it has no answer, or that it has others.
         return other.status, "said so", error
     if not error > bar:
         return other.status, "right", error
@@ -295,7 +295,7 @@ def rewritten_points(value: float, rng: np.random.Generator) -> list[Point]:
     """Chains with so many contacts, all laws: however it is written, v⁺ is the same."""
     world = random_world(int(value), rng)
     scene, q, v = built(world)
-    first = told(lambda: solve(scene, q, v))
+    first = told(lambda: solve(scene, q, v), others=True)
     found: list[tuple[str, Told, np.ndarray | None]] = []
     for name, rewrite in REWRITTEN.items():
         other = rewrite(world, rng)
@@ -330,7 +330,7 @@ def struck_points(value: float, rng: np.random.Generator) -> list[Point]:
     if not np.abs(free).max() > HELD * np.abs(unheld).max():
         return []
     moving = replace(scene, impulses=())
-    first = told(lambda: solve(scene, q, v))
+    first = told(lambda: solve(scene, q, v), others=True)
     alone = told(lambda: solve(moving, q, free))
     (struck,), (batch,) = (
         told_by_batch(each, q[None], speed[None]) for each, speed in ((scene, v), (moving, free))
