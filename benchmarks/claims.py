@@ -141,6 +141,10 @@ TABLE: tuple[_Row, ...] = (
     OfProblem("batch", "foot", "foot that sticks 18", LARGE, DYNAMICS, 20.0, at_least=True),
     OfProblem("batch", "feet", "feet 8", BATCH, ADMM, 5.0, at_least=True),
     *(
+        OfProblem("batch", "landing block", f"landing block {n}", BATCH, ADMM, 1.0, at_least=True)
+        for n in (16, 32)
+    ),
+    *(
         OfProblem("batch", "struck robot", f"struck robot {nv}", LARGE, MUJOCO, 5.0, at_least=True)
         for nv in (9, 18, 38)
     ),
