@@ -95,7 +95,8 @@ class Sequence {
         int found = -1;
         double most = 0.0;
         for (int i = 0; i < n_; ++i) {
-            if (!(approach(i) > tolerance::rounding * std::max(terms(3 * i + 2), scale_))) continue;
+            const double rounded = tolerance::rounding * rows_ * std::max(terms(3 * i + 2), scale_);
+            if (!(approach(i) > rounded)) continue;
             if (!moves(i) && approach(i) <= tolerance::at_rest * scale_) continue;
             double pace = pace_of(i);
             if (pace > most) {

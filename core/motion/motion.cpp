@@ -209,6 +209,7 @@ double Motion::longest_step(double until) const {
 
 // The rate at y, after anything has changed.
 void Motion::restart() {
+    stepper_.restart();
     if (!rate(t, y.data(), rate_.data())) fail();
 }
 

@@ -267,7 +267,7 @@ bool Motion::update_slides() {
         const Gap& gap = dynamics_.touching.gaps()[point.gap];
         if (dynamics_.static_friction(gap.entry) > 0.0 || dynamics_.has_drop(gap.entry))
             update(point.slip, dynamics_.slip.data() + 3 * i, dynamics_.rate.data() + 3 * i, 2,
-                   dynamics_.slow, point.pressed);
+                   slow_, point.pressed);
         if (!gap.turns) continue;
         const ContactCoefficients& own = scene_->law.contacts[gap.entry];
         const double *speed = dynamics_.turning.data() + 3 * next,

@@ -13,6 +13,10 @@ constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
 // Shorter steps [of the time] cannot be told from none.
 constexpr double kShortest = 1e-15;
 constexpr int kMostTrials = 60;
+// Steps of h|λ| above this are as long as stability lets them be; after so many of them the motion
+// is stiff, and so many shorter ones forget them (Hairer, Norsett & Wanner 1993, section II.10).
+constexpr double kStable = 6.1;
+constexpr int kStiff = 15, kMild = 6;
 
 }  // namespace
 
@@ -114,9 +118,27 @@ double Stepper::error(const double* y, const double* end, double h) const {
     return std::abs(h) * five / std::sqrt((five + 0.01 * three) * n_);
 }
 
+bool Stepper::is_implicit() const {
+    return method_ == Method::radau || (method_ == Method::dop853 && stiff_ >= kStiff);
+}
+
+// From the last stage, whose y stands in trial_, beside the end of the step.
+void Stepper::note_stiffness(double h) {
+    const double *last = k_.data() + dop853::stages * n_, *stage = last - n_;
+    double rates = 0.0, places = 0.0;
+    for (int j = 0; j < n_; ++j) {
+        rates += (last[j] - stage[j]) * (last[j] - stage[j]);
+        places += (end_[j] - trial_[j]) * (end_[j] - trial_[j]);
+    }
+    if (h * h * rates > kStable * kStable * places)
+        ++stiff_, mild_ = 0;
+    else if (++mild_ == kMild)
+        stiff_ = 0;
+}
+
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                    double* rate, double longest, Step& found) {
-    if (method_ == Method::radau) return implicit(f, settle, t, y, rate, longest, found);
+    if (is_implicit()) return implicit(f, settle, t, y, rate, longest, found);
     if (method_ != Method::dop853) return fixed(f, settle, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     double h = std::min(next, longest);
@@ -130,6 +152,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
             double* last = k_.data() + dop853::stages * n_;
             settle(end_.data());
             size = f(t + h, end_.data(), last) ? error(y, end_.data(), h) : INFINITY;
+            if (size <= 1.0) note_stiffness(h);
         }
         if (size <= 1.0 && dense(f, t, y, h, end_.data(), found)) {
             double factor = size > 0.0 ? kSafety * std::pow(size, -1.0 / 8.0) : kMost;
@@ -152,8 +175,9 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
 bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& found) {
     const double* y = whole.before.data();
     const double h = end - whole.begin;
-    if (method_ == Method::radau) {
+    if (is_implicit()) {
         std::vector<double> Z(3 * n_);
+        J_.resize(n_ * n_);
         if (!f(whole.begin, y, k_.data())) return false;
         differentiate(f, whole.begin, y, k_.data(), J_.data());
         if (!collocate(f, whole.begin, y, h, Z.data())) return false;

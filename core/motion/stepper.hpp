@@ -1,5 +1,6 @@
-// Steps of y = (q, v) by the method of Dormand and Prince of order 8, with dense output; by Radau's
-// of order 5 where forces are stiff; or steps of fixed length of lower order.
+// Steps of y = (q, v) by the method of Dormand and Prince of order 8, with dense output, which
+// leaves stiff stretches to Radau's of order 5; by that alone; or steps of fixed length of lower
+// order.
 #pragma once
 
 #include <functional>
@@ -38,6 +39,8 @@ class Stepper {
     // y onto its manifold.
     bool step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
               double* rate, double longest, Step& found);
+    // Behind an event: what was stiff may be no more.
+    void restart() { stiff_ = mild_ = 0; }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 
@@ -49,6 +52,8 @@ class Stepper {
     bool stages(const Rate& f, double t, const double* y, double h, double* end);
     bool dense(const Rate& f, double t, const double* y, double h, const double* end, Step& found);
     double error(const double* y, const double* end, double h) const;
+    void note_stiffness(double h);
+    bool is_implicit() const;
     bool implicit(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                   double* rate, double longest, Step& found);
     bool collocate(const Rate& f, double t, const double* y, double h, double* Z);
@@ -61,6 +66,7 @@ class Stepper {
     int places_, n_;
     Accuracy accuracy_;
     double fixed_length_;
+    int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
     std::vector<double> k_, trial_, end_, J_;
 };
 

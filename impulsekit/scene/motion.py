@@ -32,8 +32,8 @@ class MotionSettings:
     Attributes:
         duration: [s], 0 or more.
         samples: how many states the trajectory lists, evenly from 0 to the end.
-        method: "dop853" (explicit, order 8: the rule), "radau" (implicit, order 5: for
-            stiff springs and dampers), or with a fixed step "rk4" and "semi-implicit".
+        method: "dop853" (explicit, order 8: the rule; stiff stretches are left to the next),
+            "radau" (implicit, order 5), or with a fixed step "rk4" and "semi-implicit".
         accuracy: "normal" (rtol 1e-8, atol 1e-10: a swing of seconds is right to about 1e-8)
             or "high" (5e-11, 1e-12: to about 1e-10).
         rtol, atol: tolerances of a step of the first two methods, relative and absolute; where
