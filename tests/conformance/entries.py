@@ -356,7 +356,7 @@ def _entries() -> dict[str, Entry]:
             _slides(0.1, 0.0), restitution=ik.Restitution(0.5, capture_speed=2.5), friction=0.1
         ),
         "RestitutionTable": _dropped(
-            _slides(0.1, 0.6), restitution=ik.RestitutionTable([0, 4], [0.8, 0.4]), friction=0.1
+            _slides(0.1, 0.6), restitution=ik.RestitutionTable([0, 5], [0.8, 0.3]), friction=0.1
         ),
         "restitution-function": _dropped(
             _slides(0.1, 0.5), restitution=half_of, friction=0.1, text=False

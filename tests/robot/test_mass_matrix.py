@@ -50,6 +50,16 @@ def test_the_mass_matrix_is_right_every_time():
         np.testing.assert_allclose(upper, np.triu(masses(free)), atol=1e-13)
 
 
+def test_a_blow_moves_a_follower_where_its_offset_puts_it():
+    blow = ik.AppliedImpulse("link_3", linear=[1, 2, 3], at=[0.1, 0, 0.2])
+    for led, free, v in states(1):
+        there = ik.solve(ik.Scene(FREE, [blow]), free, SPREAD @ v)
+        dv = ik.solve(ik.Scene(LED, [blow]), led, v).dv
+        np.testing.assert_allclose(
+            masses(free) @ dv, SPREAD.T @ there.generalized_impulse, atol=1e-12
+        )
+
+
 def test_the_armature_of_a_leader_is_not_that_of_who_mimics_it():
     robot = ik.Robot.from_example("panda", mimic=True)
     robot.model.armature = np.linspace(0.1, 0.9, robot.nv)
