@@ -86,3 +86,20 @@ def test_redundant_corners_share_the_moments():
     assert impact.contacts[0].angular_impulse[2] == pytest.approx(-2e-3 * normal, rel=1e-9)
     inertia = box.model.inertias[1].inertia[2, 2]
     assert impact.v_after[5] == pytest.approx(4.0 - 2e-3 * normal / inertia, rel=1e-10)
+
+
+@pytest.mark.parametrize("how", [{"torsion": 0.01}, {"rolling": 0.01}], ids=str)
+def test_what_falls_without_spin_is_solved(how):
+    """A residual beside speeds of turning that are rounding would say that it is not."""
+    box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer").with_ground()
+    flat = ik.Collision("box", "ground", restitution=0.3, friction=0.5, **how)
+    q = box.configuration(root_joint=ik.pose([0, 0, 0.5]))
+    motion = ik.simulate(ik.Scene(box, contacts=[flat]), q, box.velocity(), duration=1.0)
+    assert motion.status.finished, motion.detail
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer").with_ground()
+    touch = ik.Collision("ball", "ground", restitution=0.5, friction=0.5, **how)
+    q = ball.configuration(root_joint=ik.pose([0, 0, 0.05], rpy=[0.3, 0.2, 0.1]))
+    v = ball.velocity(root_world=[0, 0, -0.9, 0, 0, 0], q=q)
+    impact = ik.solve(ik.Scene(ball, contacts=[touch]), q, v)
+    assert impact.is_valid()
+    assert impact.velocity_at("ball").after == pytest.approx([0, 0, 0.45], abs=1e-14)
