@@ -4,5 +4,7 @@ set -e
 here=$(cd "$(dirname "$0")" && pwd)
 python=${1:-python3}
 [ $# -gt 0 ] && shift
-cmake -S "$here" -B "$here/../build/core" -DPython_EXECUTABLE="$(command -v "$python")" "$@" >/dev/null
+# Here warnings are errors; a user's compiler may warn of what it likes.
+cmake -S "$here" -B "$here/../build/core" -DPython_EXECUTABLE="$(command -v "$python")" \
+    -DCMAKE_COMPILE_WARNING_AS_ERROR=ON "$@" >/dev/null
 cmake --build "$here/../build/core" -j 2
