@@ -54,15 +54,20 @@ def build_editable(directory: str, settings: Any = None, metadata: str | None = 
 
 
 def use_zig_if_needed() -> None:
-    """Point CC and CXX at the compiler of the package ziglang, where no other is found."""
+    """Point CMake at the compiler and the archiver of ziglang, where no compiler is found."""
     if has_compiler():
         return
     folder = Path(tempfile.mkdtemp(prefix="impulsekit-zig-"))
-    for variable, command in (("CC", "cc"), ("CXX", "c++")):
-        script = folder / command
+    made = {}
+    for command in ("cc", "c++", "ar", "ranlib"):
+        script = made[command] = folder / command
         # The processor's own instructions would make objects for this machine alone.
+        options = " -mcpu=baseline" if command in ("cc", "c++") else ""
         script.write_text(
-            f'#!/bin/sh\nexec "{sys.executable}" -m ziglang {command} -mcpu=baseline "$@"\n'
+            f'#!/bin/sh\nexec "{sys.executable}" -m ziglang {command}{options} "$@"\n'
         )
         script.chmod(script.stat().st_mode | stat.S_IXUSR)
-        os.environ[variable] = str(script)
+    os.environ["CC"], os.environ["CXX"] = str(made["cc"]), str(made["c++"])
+    # CMake reads no variables for these.
+    tools = f"-DCMAKE_AR={made['ar']} -DCMAKE_RANLIB={made['ranlib']}"
+    os.environ["CMAKE_ARGS"] = f"{os.environ.get('CMAKE_ARGS', '')} {tools}".strip()
