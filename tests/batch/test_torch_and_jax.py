@@ -61,7 +61,9 @@ def test_torch_gradcheck(name):
         return solve(scene, q, v, **put(rest))
 
     assert solve(scene, *tensors[:2], return_mask=True, **put(tensors[2:]))[1].all()
-    assert torch.autograd.gradcheck(after, tensors, eps=1e-5, atol=2e-7, rtol=2e-7)
+    # Nearest points of meshes are found to fewer digits than differences over 1e-6 need.
+    eps, bar = (1e-5, 2e-7) if name.endswith("a face") else (1e-6, 1e-8)
+    assert torch.autograd.gradcheck(after, tensors, eps=eps, atol=bar, rtol=bar)
 
 
 @pytest.mark.parametrize("name", NAMES[::5])
