@@ -34,7 +34,7 @@ _UNAVAILABLE = (
     "",
     "friction holds all that moves, or draws the contact in again (Painlevé); there the impulse "
     "has no derivative of this kind",
-    "the contacts are hit one after the other without end, which is not differentiated; "
+    "an infinite series of hits at the contacts is not differentiated; "
     'use Law(order="simultaneous")',
     "several contacts without friction act on each other beside others whose slip is followed "
     "along the path; put bodies that have nothing to do with each other into scenes of their own, "
