@@ -130,7 +130,7 @@ def far_base(distance: float, rng: np.random.Generator) -> Case:
 @SWEEPS.of(
     "impulse",
     "size of the blow [N s]",
-    (*decades(-304, -300, 4), *decades(-250, 250, 50), 1e290, 1e300),
+    (*decades(-320, -300, 4), *decades(-250, 250, 50), 1e290, 1e300),
     40,
 )
 def impulse_size(size: float, rng: np.random.Generator) -> Case:

@@ -146,20 +146,4 @@ void bind_laws(nb::module_& module) {
         nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("e"), nb::arg("mu"),
         nb::arg("restitution"),
         "Return the impulse of one contact followed along its path, and the code of its status.");
-    module.def(
-        "sequence_hits",
-        [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,
-           int restitution, int slip) {
-            GivenContacts given = contacts_of(contacts, {});
-            std::vector<Hit> hits;
-            solve_sequence(posed(given, W, before, free), law_of(restitution, slip, 1, 1.5), &hits);
-            nb::list found;
-            for (const Hit& hit : hits)
-                found.append(
-                    nb::make_tuple(hit.contact, hit.impulse[0], hit.impulse[1], hit.impulse[2]));
-            return found;
-        },
-        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"),
-        nb::arg("restitution"), nb::arg("slip"),
-        "Return the hits of a sequence in order: contact and impulse.");
 }

@@ -29,8 +29,6 @@ constexpr double kSharpened = 1e-3;
 constexpr double kSlowSlip = 1e-3;
 // Speeds [m/s] whose squares may overflow.
 constexpr double kHuge = 1e100;
-// Of a time, its rounding.
-constexpr double kRoundedTime = 1e-15;
 // A motion begins with steps of this part of it.
 constexpr double kFirstStep = 1e-3;
 
@@ -258,9 +256,11 @@ double Motion::sharpened(const Step& step, int gap) {
 }
 
 bool Motion::advance(double until) {
-    // No step is as short as rounding of the time.
-    if (until - t <= kRoundedTime * t) t = std::max(t, until);
     if (ended != Ended::not_yet || !(t < until)) return false;
+    if (!(until - t > shortest_step(t))) {
+        t = until;
+        return false;
+    }
     trouble_ = Trouble::none;
     begin_stretch();
     const std::vector<double> before = y, rate_before = rate_;

@@ -26,8 +26,6 @@ constexpr int kRounds = 10;
 // Below this nothing is told apart: forces at rest are known to some 1e-12.
 constexpr double kNoise = 1e-9;
 constexpr double kDifference = 1.5e-8;
-constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0, kShortest = 1e-15;
-constexpr int kMostTrials = 60;
 
 }  // namespace
 
@@ -115,7 +113,7 @@ bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& settle
     double h = std::min(next, longest);
     bool failed = false;
     for (int trial = 0; trial < kMostTrials; ++trial) {
-        if (!(h > kShortest * std::max(std::abs(t), 1e-3))) return false;
+        if (!(h > shortest_step(t))) return false;
         double size = INFINITY;
         if (collocate(f, t, y, h, Z)) {
             for (int i = 0; i < n_ * n_; ++i)

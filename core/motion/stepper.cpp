@@ -8,11 +8,6 @@
 namespace impulsekit {
 namespace {
 
-// Steps change by these factors at most, and aim a little below what would do.
-constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
-// Shorter steps [of the time] cannot be told from none.
-constexpr double kShortest = 1e-15;
-constexpr int kMostTrials = 60;
 // Steps of h|λ| above this are as long as stability lets them be; after so many of them the motion
 // is stiff, and so many shorter ones forget them (Hairer, Norsett & Wanner 1993, section II.10).
 constexpr double kStable = 6.1;
@@ -118,10 +113,6 @@ double Stepper::error(const double* y, const double* end, double h) const {
     return std::abs(h) * five / std::sqrt((five + 0.01 * three) * n_);
 }
 
-bool Stepper::is_implicit() const {
-    return method_ == Method::radau || (method_ == Method::dop853 && stiff_ >= kStiff);
-}
-
 // From the last stage, whose y stands in trial_, beside the end of the step.
 void Stepper::note_stiffness(double h) {
     const double *last = k_.data() + dop853::stages * n_, *stage = last - n_;
@@ -138,7 +129,8 @@ void Stepper::note_stiffness(double h) {
 
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                    double* rate, double longest, Step& found) {
-    if (is_implicit()) return implicit(f, settle, t, y, rate, longest, found);
+    implicit_ = method_ == Method::radau || stiff_ >= kStiff;
+    if (implicit_) return implicit(f, settle, t, y, rate, longest, found);
     if (method_ != Method::dop853) return fixed(f, settle, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     double h = std::min(next, longest);
@@ -146,7 +138,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
     if (h < longest && 1.01 * h >= longest) h = longest;
     bool failed = false;
     for (int trial = 0; trial < kMostTrials; ++trial) {
-        if (!(h > kShortest * std::max(std::abs(t), 1e-3))) return false;
+        if (!(h > shortest_step(t))) return false;
         double size = INFINITY;
         if (stages(f, t, y, h, end_.data())) {
             double* last = k_.data() + dop853::stages * n_;
@@ -175,9 +167,8 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
 bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& found) {
     const double* y = whole.before.data();
     const double h = end - whole.begin;
-    if (is_implicit()) {
+    if (implicit_) {
         std::vector<double> Z(3 * n_);
-        J_.resize(n_ * n_);
         if (!f(whole.begin, y, k_.data())) return false;
         differentiate(f, whole.begin, y, k_.data(), J_.data());
         if (!collocate(f, whole.begin, y, h, Z.data())) return false;

@@ -3,10 +3,18 @@
 // order.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <vector>
 
 namespace impulsekit {
+
+// Steps change by these factors at most, and aim a little below what would do; after so many
+// trials, or as short as rounding of the time, there is none.
+inline constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
+inline constexpr int kMostTrials = 60;
+inline double shortest_step(double t) { return 1e-15 * std::max(std::abs(t), 1e-3); }
 
 // One step, and y within it.
 struct Step {
@@ -53,7 +61,6 @@ class Stepper {
     bool dense(const Rate& f, double t, const double* y, double h, const double* end, Step& found);
     double error(const double* y, const double* end, double h) const;
     void note_stiffness(double h);
-    bool is_implicit() const;
     bool implicit(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                   double* rate, double longest, Step& found);
     bool collocate(const Rate& f, double t, const double* y, double h, double* Z);
@@ -67,6 +74,7 @@ class Stepper {
     Accuracy accuracy_;
     double fixed_length_;
     int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
+    bool implicit_ = false;     // whether the last step was Radau's
     std::vector<double> k_, trial_, end_, J_;
 };
 

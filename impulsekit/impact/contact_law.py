@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from .._core import find_others as core_others
-from .._core import sequence_hits
 from .._core import solve_contacts as core_contacts
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
 from ..scene.coefficients import EllipticFriction, StaticKinetic, friction_at
@@ -21,7 +20,7 @@ from .status import BY_CODE, Status
 
 __all__ = [
     "ContactProblem", "ContactSolution", "Finding", "Turning", "find_others", "friction_models",
-    "hits_of", "law_codes", "solve_contacts",
+    "law_codes", "solve_contacts",
 ]  # fmt: skip
 
 _NUMBER, _STATIC_KINETIC, _BY_SPEED, _ELLIPTIC = range(4)
@@ -259,20 +258,6 @@ def check_problem(problem: ContactProblem) -> None:
             raise RangeError.of(f"contacts: {name}", float(array[wrong][0]), allowed)
 
 
-def hits_of(problem: ContactProblem, law: Law) -> list[tuple[int, np.ndarray, np.ndarray]]:
-    """Return the hits of a sequence in order: contact, (3n,) velocities before it, (3,) impulse."""
-    W, velocity = problem.delassus, np.array(problem.velocity_free)
-    found = []
-    for i, *impulse in sequence_hits(
-        _plain(W), _plain(problem.velocity_before), _plain(velocity), problem.coefficients(),
-        *law_codes(law)[:2],
-    ):  # fmt: skip
-        P = np.array(impulse)
-        found.append((i, velocity, P))
-        velocity = velocity + W[:, 3 * i : 3 * i + 3] @ P
-    return found
-
-
 # Slip that is rounding, against the velocities of all contacts.
 NO_SLIP = 1e-12
 PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
@@ -319,7 +304,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         problem: what was solved. law: by which. solution: the answer that is shown.
     """
     n = len(problem.friction)
-    if not solution.status.obeys_law:
+    if solution.status is Status.NO_SOLUTION:
         return Finding(NOT_PROVEN, "the law gave no solution")
     if problem.turning is not None or solution.friction is not None:
         return Finding(NOT_PROVEN, "other solutions are not searched for this kind of friction")
@@ -337,8 +322,10 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
     for impulse in impulses:
         impulse.setflags(write=False)
     if impulses:
-        reason = f"{len(impulses) + 1} v⁺ obey the law and gain no energy"
-        return Finding(SEVERAL, reason, tuple(impulses), RULE)
+        count = len(impulses) + solution.status.valid
+        reason = f"{count} v⁺ obey the law and gain no energy"
+        rule = RULE if solution.status.obeys_law else ""
+        return Finding(SEVERAL, reason, tuple(impulses), rule)
     if solution.unique is not None and _shares_matter(problem, law, solution):
         return Finding(
             NOT_PROVEN, "redundant contacts share their load by rule", (), RULE_OF_SHARES

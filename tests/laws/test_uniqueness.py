@@ -84,7 +84,7 @@ def truths(J, v, e, mu):
 
 @pytest.mark.parametrize("frictions", [(0.0, 0.3, 1.0, 3.0), (0.0, 1.0, 3.0, 10.0)], ids=str)
 def test_in_a_plane_it_is_as_all_modes_say(frictions):
-    counts = {"several": 0, "one": 0, "missed": 0}
+    counts = {"several": 0, "one": 0}
     for seed in range(70):
         J, v, e, mu = planar(seed, frictions)
         every = truths(J, v, e, mu)
@@ -93,8 +93,7 @@ def test_in_a_plane_it_is_as_all_modes_say(frictions):
         size = np.abs(v).max()
         if not impact.is_valid():
             # An answer that gains energy may be shown beside one that does not.
-            counts["missed"] += impact.status is ik.Status.NOT_CONVERGED and bool(lawful)
-            assert not lawful or impact.uniqueness.several or counts["missed"] == 1
+            assert not lawful or impact.uniqueness.several
         elif lawful:
             counts["several" if len(lawful) > 1 else "one"] += 1
             assert min(np.abs(impact.v_after - after).max() for after in lawful) < 1e-7 * size
