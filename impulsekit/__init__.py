@@ -34,11 +34,13 @@ def __getattr__(name: str) -> _typing.Any:
 
 def _absent(name: str) -> str:
     """A sentence on a name that is not at the top: where it is, or what is like it."""
-    from importlib import import_module
+    from importlib import import_module, util
 
     from .errors import nearest_names
     from .errors.wording import one_of
 
+    if name.isidentifier() and util.find_spec(f"{__name__}.{name}"):
+        return f"impulsekit.{name} has to be imported: import impulsekit.{name}"
     for room in _ROOMS:
         if name in dir(import_module(f"{__name__}.{room}")):
             return f'impulsekit has no "{name}" at the top; it is impulsekit.{room}.{name}'

@@ -58,6 +58,12 @@ def test_a_name_that_is_elsewhere_is_found():
     assert importlib.import_module("impulsekit.plots") is ik.plots
 
 
+def test_a_module_that_is_not_there_yet_has_to_be_imported(monkeypatch):
+    monkeypatch.delattr(ik, "jax", raising=False)
+    with pytest.raises(AttributeError, match="import impulsekit"):
+        _ = ik.jax
+
+
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="simulat"):
         _ = ik.simulat

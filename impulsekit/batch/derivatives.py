@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import Displayed, one_line
-from ..errors import ShapeError, UnknownNameError, check_kind
+from ..errors import UnknownNameError, check_kind
 from ..impact.derivatives.refusals import refuse_what_has_none
 from ..impact.derivatives.result import Layout
 from ..impact.derivatives.status import DerivativeStatus
-from ..robot.arrays import floats, lock
+from ..robot.arrays import array_of, floats, lock
 from ..scene import AppliedImpulse, Scene
 from .inputs import BatchInputs, batch_inputs
 from .program import program_of
@@ -168,7 +168,7 @@ def vjp(
         by: as for ``derivatives_batch``.
 
     Raises:
-        ShapeError: a cotangent of another shape.
+        ShapeError, NotFiniteError: a cotangent of another shape, or with NaN in it.
         UnknownNameError: no such result or parameter.
         InputError: scenes that ``derivatives`` refuses; as for ``solve_batch``.
 
@@ -190,10 +190,11 @@ def vjp(
         if name not in RESULTS:
             raise UnknownNameError.among("result", str(name), RESULTS)
         width = places[name].stop - places[name].start
-        array = floats(values, f"cotangent of {name}", copied=False)
-        parts[name] = array.reshape(-1, width) if array.size % max(width, 1) == 0 else array
-        if parts[name].shape not in ((1, width), (inputs.size, width)):
-            raise ShapeError.of(f"cotangent of {name}", (inputs.size, width), array.shape)
+        what = f"cotangent of {name}"
+        array = floats(values, what, copied=False)
+        shape = 1 if array.size == width else inputs.size, width
+        fits = array.size == shape[0] * width
+        parts[name] = array_of(array.reshape(shape) if fits else array, shape, what)
     size = max((len(part) for part in parts.values()), default=1)
     weights = np.zeros((size, layout.count))
     for name, part in parts.items():

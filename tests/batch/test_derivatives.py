@@ -139,6 +139,8 @@ def test_weights_of_impulses_and_bad_names():
         ik.derivatives_batch(scene, Q, V, by="mu")
     with pytest.raises(ik.errors.ShapeError):
         ik.vjp(scene, Q, V, w[:, 0])
+    with pytest.raises(ik.errors.NotFiniteError, match="cotangent of contact_impulses"):
+        ik.vjp(scene, Q, V, {"contact_impulses": np.nan * w})
 
 
 def test_a_series_without_end_is_not_taken_for_its_first_hits():
