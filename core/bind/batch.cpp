@@ -224,7 +224,7 @@ void bind_batch(nb::module_& module) {
     module.def(
         "instruction_set",
         [] {
-#if defined(__x86_64__)
+#ifdef IMPULSEKIT_VARIANTS
             if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
                 __builtin_cpu_supports("avx512vl"))
                 return "avx512";
