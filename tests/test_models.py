@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from impulsekit import Robot, models
 from impulsekit.chain import chain_urdf, pendulum_urdf
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -90,3 +91,11 @@ def test_the_visual_is_the_collision_shape_and_touches_no_file(path):
         ]
         assert shapes[0] == shapes[1]
         assert all(tag in {"box", "cylinder", "sphere"} for tag, _ in shapes[0])
+
+
+@pytest.mark.parametrize("name", ["panda", "panda_collision", "so101", "solo", "solo8", "solo12"])
+def test_published_rotors_go_with_their_robot(name):
+    robot = Robot.from_example(name)
+    rotors = models.rotor_inertias(name)
+    geared = robot.with_armature(rotors)
+    assert sorted(geared.model.armature[geared.model.armature > 0]) == sorted(rotors.values())

@@ -24,7 +24,7 @@ FURTHER = {
     "measured": ["fit_impacts", "Measurement", "Fit", "Recording", "load_measurements"],
     "study": ["Study", "Variation", "run_study", "open_study", "load_study", "summarize"],
     "long": ["long_chain", "long_tree", "LongTree", "LongImpact"],
-    "models": ["chain_urdf", "pendulum_urdf", "example_names"],
+    "models": ["chain_urdf", "pendulum_urdf", "example_names", "rotor_inertias"],
     "impact": ["ImpactSolver"],
     "scene": ["MotionSettings", "ReportPoint", "DesignPoint"],
     "scenefile": ["SceneFile", "dump_scene"],

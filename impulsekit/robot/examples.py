@@ -43,6 +43,26 @@ _NO_URDF = {
     "cassie": "the package has it as SDF only",
     "ur_description/ur3": 'its file holds macros and no link; the robot is "ur3"',
 }
+# Inertias of rotors at the output, ratio² J [kg m²], that makers of these robots publish.
+_FR3 = (0.605721456, 0.605721456, 0.462474144, 0.462474144, *[0.205544064] * 3)
+_PANDA = {f"panda_joint{i + 1}": value for i, value in enumerate(_FR3)}
+_SOLO12 = {
+    f"{leg}_{joint}": 4.5e-6 * 9**2
+    for leg in ("FL", "FR", "HL", "HR")
+    for joint in ("HAA", "HFE", "KFE")
+}
+_SOLO8 = {name: value for name, value in _SOLO12.items() if not name.endswith("HAA")}
+_SO101 = dict.fromkeys(
+    ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"), 0.028
+)
+_ROTORS = {
+    "panda": _PANDA,
+    "panda_collision": _PANDA,
+    "so101": _SO101,
+    "solo": _SOLO8,
+    "solo8": _SOLO8,
+    "solo12": _SOLO12,
+}
 
 
 @functools.cache
@@ -89,6 +109,29 @@ def example_names() -> tuple[str, ...]:
         True
     """
     return tuple(sorted(_paths()))
+
+
+def rotor_inertias(name: str) -> dict[str, float]:
+    """Return the inertias of rotors at the output [kg m²] that a robot's makers publish, by joint.
+
+    For ``Robot.with_armature``; the URDF files themselves have none.
+
+    - "panda": those of its successor FR3, by Franka (in Drake's ``franka_description/README.md``).
+    - "solo8", "solo12": 4.5e-6 kg m² behind a ratio of 9, by the Open Dynamic Robot Initiative
+      (``robot_properties_solo/config.py``, BSD-3).
+    - "so101": 0.028, by The Robot Studio (``SO-ARM100``, ``joints_properties.xml``, Apache-2.0).
+
+    Raises:
+        UnknownNameError: no published inertias of rotors are known; it carries the nearest names.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> Robot.from_example("panda").with_armature(rotor_inertias("panda")).nv
+        9
+    """
+    if name not in _ROTORS:
+        raise UnknownNameError.among("published rotor inertias", str(name), sorted(_ROTORS))
+    return dict(_ROTORS[name])
 
 
 def example_path(name: str) -> pathlib.Path:

@@ -143,7 +143,7 @@ def _stops(impact: Impact, results: list[ContactResult]) -> list[str]:
     return table(["stop", "joint", "impulse", "before", "after", "units"], rows)
 
 
-LARGEST_LINKS = 5
+LARGEST = 5
 
 
 def report(
@@ -351,7 +351,7 @@ def _links(impact: Impact) -> list[str]:
     }
     linear = max((size[0] for size in sizes.values()), default=0.0)
     angular = max((size[1] for size in sizes.values()), default=0.0)
-    largest = sorted(sizes, key=lambda name: -sizes[name][0])[:LARGEST_LINKS]
+    largest = sorted(sizes, key=lambda name: -sizes[name][0])[:LARGEST]
     rows = [
         [name, decimals(sizes[name][0], linear), decimals(sizes[name][1], angular)]
         for name in largest
@@ -361,6 +361,29 @@ def _links(impact: Impact) -> list[str]:
         return []
     head = ["link", "mass centre, m/s", "rotation, rad/s"]
     return [f"Largest jumps of links ({len(rows)} of {len(sizes)})", *table(head, rows)]
+
+
+def _joint_loads(impact: Impact) -> list[str]:
+    """The joints that the impact bends or turns most, for bearings and gears."""
+    loads = [load for load in impact.joint_loads.values() if load.axis is not None]
+    loads.sort(key=lambda load: -max(load.bending, abs(load.torque)))
+    force = max((float(np.linalg.norm(load.force)) for load in loads), default=0.0)
+    moment = max((float(np.linalg.norm(load.moment)) for load in loads), default=0.0)
+    rows = [
+        [
+            load.joint,
+            *(decimals(x, force) for x in (load.axial, load.shear)),
+            *(decimals(x, moment) for x in (load.bending, load.torque)),
+        ]
+        for load in loads[:LARGEST]
+    ]
+    if not rows or not max(force, moment):
+        return []
+    head = ["joint", "axial, N s", "shear, N s", "bending, N m s", "torque, N m s"]
+    lines = [f"Largest joint loads ({len(rows)} of {len(loads)})", *table(head, rows)]
+    if not np.any(impact.scene.robot.model.armature):
+        lines.append("  no rotor inertia is known: geared joints count as free and carry no torque")
+    return lines
 
 
 def _residuals(impact: Impact) -> list[str]:
@@ -391,5 +414,6 @@ SECTIONS: tuple[Callable[[Impact], list[str]], ...] = (
     contacts_section,
     _energy,
     _links,
+    _joint_loads,
     _residuals,
 )

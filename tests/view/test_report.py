@@ -113,3 +113,19 @@ def test_points_are_shown_before_and_after(chain):
     velocity = chain.velocity_at("link_3", [1, 0, 0])
     wanted = [*velocity.before, *velocity.after]
     assert [float(x) for x in row] == pytest.approx(wanted, abs=6e-4)
+
+
+def test_the_largest_joint_loads_come_first_and_unknown_rotors_are_named():
+    arm = ik.Robot.from_example("panda")
+    scene = ik.Scene(arm, [ik.AppliedImpulse("panda_hand", linear=[0, 3, -2])])
+    impact = ik.solve(scene, arm.neutral(), arm.velocity())
+    text = ik.report(impact)
+    loads = [impact.joint_loads[name] for name in arm.joint_names]
+    loads.sort(key=lambda each: -each.bending)
+    rows = re.search(r"Largest joint loads.*?---\n(.*?)\n  no rotor", text, re.S)[1].splitlines()
+    assert [row.split()[0] for row in rows] == [load.joint for load in loads[:5]]
+    assert float(rows[0].split()[3]) == pytest.approx(loads[0].bending, rel=1e-5)
+    geared = arm.with_armature(ik.models.rotor_inertias("panda"))
+    assert "no rotor" not in ik.report(
+        ik.solve(scene.replace(robot=geared), impact.q, arm.velocity())
+    )
