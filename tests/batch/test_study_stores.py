@@ -16,9 +16,8 @@ import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
-from impulsekit.batch.study.layout import UNWRITTEN
 from impulsekit.batch.study.lock import StoreLockedError
-from impulsekit.batch.study.store import StudyStore
+from impulsekit.batch.study.store import UNWRITTEN, StudyStore
 from impulsekit.cli import main
 from impulsekit.errors import InputError
 from impulsekit.study import Study, Variation, load_study, open_study, run_study, summarize

@@ -1,4 +1,4 @@
-"""Plain data on all that a row of a study depends on, the same in every process."""
+"""All that a row of a study depends on, as plain data that is the same in every process."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PACKAGES = ("numpy", "pin", "coal")
 
 
 def versions() -> dict[str, str]:
-    """The versions of all that computes rows."""
+    """Return the versions of all that computes rows."""
     from ... import __version__
 
     found = {"impulsekit": __version__, "python": platform.python_version()}

@@ -12,10 +12,10 @@ import socket
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from ...errors import ImpulsekitError
-from ...files import file_told
+from ...errors import ImpulsekitError, MissingExtraError
+from ...files import file_told, write_file
 
-LOCK = "writer.lock"
+LOCK, OWNER = "writer.lock", "writer.json"
 
 
 class StoreFullError(ImpulsekitError):
@@ -52,53 +52,52 @@ def with_full_disk_error(path: pathlib.Path) -> Iterator[None]:
 def lock_store(folder: pathlib.Path) -> Iterator[Callable[[], None]]:
     """Be the only writer of a store, in this process and among all others.
 
-    The system holds the lock (flock) and releases it when its process ends, killed or not. A
-    paused process keeps it. The file names its owner.
+    The system holds the lock and releases it when its process ends, killed or not. A paused
+    process keeps it. The file beside it names its owner.
 
     Yields:
         A function that raises ``StoreLockedError`` if the store was moved or deleted since.
 
     Raises:
         StoreLockedError: another process, or another run in this one, writes to the store.
-        FileError: the file cannot be made, or its file system cannot lock.
+        FileError: the files cannot be made, or their file system cannot lock.
     """
-    import fcntl
+    with MissingExtraError.unless("filelock", "study", "the store of a study"):
+        import filelock
+    lock = filelock.FileLock(folder / LOCK, blocking=False, thread_local=False)
+    with file_told(folder / LOCK, writing=True):
+        try:
+            lock.acquire()
+        except filelock.Timeout:
+            raise _locked_by(folder) from None
+    now = datetime.datetime.now(datetime.UTC).isoformat(" ")
+    owner = json.dumps({"process": os.getpid(), "host": socket.gethostname(), "since": now})
 
-    path = folder / LOCK
-    with contextlib.ExitStack() as held:
-        with file_told(path, writing=True):
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-            held.callback(os.close, descriptor)
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise _locked_by(folder, os.pread(descriptor, 4096, 0)) from None
-        now = datetime.datetime.now(datetime.UTC).isoformat(" ", "seconds")
-        owner = {"process": os.getpid(), "host": socket.gethostname(), "since": now}
-        # A full disk does not prevent locking.
+    def check() -> None:
         with contextlib.suppress(OSError):
-            os.ftruncate(descriptor, 0)
-            held.callback(os.ftruncate, descriptor, 0)
-            os.pwrite(descriptor, json.dumps(owner).encode(), 0)
+            if (folder / OWNER).read_text() == owner:
+                return
+        why = "was moved or deleted while it was written to; nothing more is written"
+        raise _error(folder, why, {})
 
-        def check() -> None:
-            with contextlib.suppress(FileNotFoundError):
-                if os.path.samestat(os.stat(path), os.fstat(descriptor)):
-                    return
-            why = "was moved or deleted while it was written to; nothing more is written"
-            raise _error(folder, why, {})
-
-        check()
+    try:
+        with with_full_disk_error(folder):
+            write_file(folder / OWNER, owner)
         yield check
+    finally:
+        with contextlib.suppress(StoreLockedError, OSError):
+            check()
+            (folder / OWNER).unlink()
+        lock.release()
 
 
-def _locked_by(folder: pathlib.Path, written: bytes) -> StoreLockedError:
-    """The error that names the owner of the lock, as far as the lock's file does."""
+def _locked_by(folder: pathlib.Path) -> StoreLockedError:
+    """The error that names the owner of the lock, as far as its file does."""
     owner: Any = {}
-    with contextlib.suppress(ValueError):
-        owner = json.loads(written)
+    with contextlib.suppress(ValueError, OSError):
+        owner = json.loads((folder / OWNER).read_bytes())
     who = "another process"
-    if isinstance(owner, dict) and "process" in owner:
+    if owner:
         who = "process {process} on {host} since {since}".format(**owner)
         if owner["host"] == socket.gethostname() and _is_paused(owner["process"]):
             who += f", which is paused (kill -CONT {owner['process']} lets it go on)"

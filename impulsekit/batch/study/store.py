@@ -23,14 +23,48 @@ import numpy as np
 
 from ...errors import InputError, MissingExtraError, shown
 from ...files import file_told, path_of, reason_of, replaced_file, write_file
-from .layout import UNWRITTEN, layout_of
-from .lock import LOCK, lock_store, with_full_disk_error
+from ...impact.status import Status
+from ...motion.record.status import MotionStatus
+from ...motion.simulate import chosen_settings
+from ..result import shape_of
+from .lock import LOCK, OWNER, lock_store, with_full_disk_error
 from .study import IMPACTS, Study
 
 RECORD, ROWS = "study.json", "rows"
 # What a run that was stopped before it wrote the record may leave behind.
-UNFINISHED = re.compile(rf"{re.escape(LOCK)}|\..*\.partial")
-FORMAT = 4
+UNFINISHED = re.compile(rf"{re.escape(LOCK)}|{re.escape(OWNER)}|\..*\.partial")
+FORMAT = 5
+# The status of a row that was never written; no Status, and none of the core's codes.
+UNWRITTEN = -128
+# Dimensions of a row, and units. Arrays that are not listed count degrees of freedom.
+_ARRAYS: dict[str, tuple[tuple[str, ...], str]] = {
+    "status": ((), ""),
+    "generalized_impulse": (("dof",), "N m s, N s"),
+    "energy_change": ((), "J"),
+    "contact_impulses": (("contact", "axis"), "N s"),
+    "constraint_impulses": (("constraint_row",), "N s, N m s"),
+    "normal_components": (("contact", "normal_component"), "m/s, rad/s, N s, N m s"),
+    "gaps": (("contact",), "m, rad"),
+    "reactions": (("joint", "wrench"), "N s, N m s"),
+    "bodies": (("body", "twist"), "m/s, rad/s"),
+    "uniqueness": ((), "1"),
+    "end": ((), "s"),
+    "impact_count": ((), "1"),
+    "q": (("q_entry",), "rad, m"),
+    "q_end": (("q_entry",), "rad, m"),
+    "q_samples": (("time", "q_entry"), "rad, m"),
+    "v_samples": (("time", "dof"), "rad/s, m/s"),
+    "impulses": (("impulse_entry",), "N s, N m s"),
+    "masses": (("link",), "1"),
+    "restitution": (("contact",), "1"),
+    "friction": (("contact",), "1"),
+}
+_OF_DOF = (("dof",), "rad/s, m/s")
+_NOTES = {
+    "status": {"meaning": "see the attribute status"},
+    "impulses": {"order": "as in the scene, entry after entry"},
+    "masses": {"meaning": "factors on mass and inertia of links"},
+}
 
 
 class StudyStore:
@@ -69,9 +103,8 @@ class StudyStore:
                 if (self.path / RECORD).exists():
                     self._check_same()
                 else:
-                    _check_folder(self.path)
                     with with_full_disk_error(self.path):
-                        self._write_record()
+                        write_file(self.path / RECORD, _record_of(self.study))
                 with with_full_disk_error(self.path), file_told(rows, writing=True):
                     rows.mkdir(exist_ok=True)
                     for left in self.path.rglob(".*.partial"):
@@ -104,15 +137,6 @@ class StudyStore:
                 f'"{self.path}" is the store of another study: {", ".join(changed)} differ. '
                 "Name another folder, or delete this one"
             )
-
-    def _write_record(self) -> None:
-        record = {
-            "format": FORMAT,
-            "fingerprint": self.study.fingerprint,
-            "study": self.study.describe(),
-            **layout_of(self.study),
-        }
-        write_file(self.path / RECORD, json.dumps(record, indent=1, sort_keys=True))
 
 
 def check_store(path: str | os.PathLike[str]) -> None:
@@ -247,6 +271,60 @@ def _is_whole(file: pathlib.Path) -> bool:
 
 def _file(rows: pathlib.Path, index: int) -> pathlib.Path:
     return rows / f"{index}.npz"
+
+
+def _record_of(study: Study) -> str:
+    """Return the text of ``study.json``: all that is needed to open the rows."""
+    scene = study.scene
+    robot = scene.robot
+    coordinates = {
+        "dof": _dof_names(robot),
+        "axis": ["x", "y", "z"],
+        "contact": list(scene.entry_names("contacts")),
+        "link": list(study.scaled_links),
+    }
+    times: Any = () if study.motion is None else chosen_settings(study.motion, None, None, {})[1]
+    sizes = {
+        "q_entry": robot.nq,
+        "normal_component": 3,
+        "constraint_row": shape_of(scene, "constraint_impulses")[0],
+        "joint": robot.model.njoints - 1,
+        "wrench": 6,
+        "body": len(robot.links),
+        "twist": 6,
+        "time": len(times),
+        "impulse_entry": sum(len(entry.values) for entry in scene.impulses),
+        **{name: len(names) for name, names in coordinates.items()},
+    }
+    arrays = {}
+    for name in ("status", *study.names, *study.varied):
+        dims, unit = _ARRAYS.get(name, _OF_DOF)
+        arrays[name] = {
+            "dims": dims,
+            "shape": [sizes[dim] for dim in dims],
+            "attributes": _NOTES.get(name, {}) | ({"units": unit} if unit else {}),
+        }
+    used = {dim for array in arrays.values() for dim in array["dims"]}
+    statuses = Status if study.motion is None else MotionStatus
+    record = {
+        "format": FORMAT,
+        "fingerprint": study.fingerprint,
+        "study": study.describe(),
+        "title": f"impulsekit study of {robot.name}",
+        "rows": study.samples,
+        "chunk": study.rows_of_chunk,
+        "arrays": arrays,
+        "coordinates": {dim: names for dim, names in coordinates.items() if dim in used},
+        "status": {**{code.name: code.code for code in statuses}, "UNWRITTEN": UNWRITTEN},
+    }
+    return json.dumps(record, indent=1, sort_keys=True)
+
+
+def _dof_names(robot: Any) -> list[str]:
+    names = []
+    for name, joint in zip(list(robot.model.names)[1:], list(robot.model.joints)[1:], strict=True):
+        names.extend([name] if joint.nv == 1 else [f"{name}[{k}]" for k in range(joint.nv)])
+    return names
 
 
 def _record(folder: pathlib.Path) -> dict[str, Any]:

@@ -21,15 +21,15 @@ from ..masses import heavy_links, link_inertia
 from ..result import OUTPUTS
 from .fingerprint import described, geometry_digest, robot_digest, versions
 
-# By what varies, the array of the rows that holds what was drawn.
-STORED_AS = {
-    "configuration": "q",
-    "velocity": "v",
-    "impulse": "impulses",
-    "direction": "impulses",
-    "restitution": "restitution",
-    "friction": "friction",
-    "mass": "masses",
+# By what varies, the array of the rows that holds what was drawn, and what it is drawn for.
+VARIED = {
+    "configuration": ("q", "joint"),
+    "velocity": ("v", "joint"),
+    "impulse": ("impulses", "impulse"),
+    "direction": ("impulses", "impulse"),
+    "restitution": ("restitution", "contact"),
+    "friction": ("friction", "contact"),
+    "mass": ("masses", "link"),
 }
 DISTRIBUTIONS = ("uniform", "normal")
 
@@ -72,7 +72,7 @@ class Variation:
     deviation: float | None = None
 
     def __post_init__(self) -> None:
-        for name, known in (("what", STORED_AS), ("distribution", DISTRIBUTIONS)):
+        for name, known in (("what", VARIED), ("distribution", DISTRIBUTIONS)):
             if getattr(self, name) not in known:
                 kind = {"what": "quantity to vary"}.get(name, name)
                 raise UnknownNameError.among(kind, str(getattr(self, name)), known, "Variation")
@@ -219,45 +219,37 @@ class Study(OneLine):
     def drawn(self, index: int) -> dict[str, Any]:
         """The arguments of ``solve_batch`` for a chunk: q, v, and what varies besides."""
         begin, end = self.rows(index)
-        rows = end - begin
+        rows, scene = end - begin, self.scene
         key = np.array([self.seed, index], dtype=np.uint64)
         rng = np.random.Generator(np.random.Philox(key=key))
-        robot = self.scene.robot
-        steps = np.zeros((rows, robot.nv))
-        v = np.zeros((rows, robot.nv))
+        steps = {what: np.zeros((rows, scene.robot.nv)) for what in ("configuration", "velocity")}
         impulses = {
             name: np.tile(np.array(entry.values), (rows, 1))
-            for name, entry in zip(
-                self.scene.entry_names("impulses"), self.scene.impulses, strict=True
-            )
+            for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True)
         }
         factors: dict[str, np.ndarray] = {}
         coefficients: dict[str, dict[str, np.ndarray]] = {"restitution": {}, "friction": {}}
         for one in self.vary:
-            if one.what in ("configuration", "velocity"):
+            if one.what in steps:
                 columns = self._columns(one.of)
-                target = steps if one.what == "configuration" else v
-                target[:, columns] += one.draw(rng, (rows, len(columns)))
-            elif one.what == "impulse":
-                for name in self._named(one, "impulses"):
-                    impulses[name] *= one.draw(rng, (rows, 1))
-            elif one.what == "direction":
-                for name in self._named(one, "impulses"):
-                    angles = one.draw(rng, (rows,))
-                    _turn(impulses[name], angles, rng.uniform(0.0, 2.0 * np.pi, rows))
-            elif one.what == "mass":
-                for name in self._heavy(one):
-                    drawn = one.draw(rng, (rows,))
-                    factors[name] = factors[name] * drawn if name in factors else drawn
-            else:
-                for name in self._named(one, "contacts"):
-                    coefficients[one.what][name] = one.draw(rng, (rows,))
+                steps[one.what][:, columns] += one.draw(rng, (rows, len(columns)))
+                continue
+            for name in self._names(one):
+                drawn = one.draw(rng, (rows,))
+                if one.what == "impulse":
+                    impulses[name] *= drawn[:, None]
+                elif one.what == "direction":
+                    _turn(impulses[name], drawn, rng.uniform(0.0, 2.0 * np.pi, rows))
+                elif one.what == "mass":
+                    factors[name] = factors.get(name, 1.0) * drawn
+                else:
+                    coefficients[one.what][name] = drawn
         whats = {one.what for one in self.vary}
         found: dict[str, Any] = {"q": self.q, "v": self.v}
         if "configuration" in whats:
-            found["q"] = self._stepped(steps)
+            found["q"] = self._stepped(steps["configuration"])
         if "velocity" in whats:
-            found["v"] = self.v + v
+            found["v"] = self.v + steps["velocity"]
         if whats & {"impulse", "direction"}:
             found["impulses"] = impulses
         found.update({name: own for name, own in coefficients.items() if own})
@@ -268,7 +260,7 @@ class Study(OneLine):
     @property
     def varied(self) -> tuple[str, ...]:
         """The arrays of the rows that hold what was drawn."""
-        return tuple(dict.fromkeys(STORED_AS[one.what] for one in self.vary))
+        return tuple(dict.fromkeys(VARIED[one.what][0] for one in self.vary))
 
     def stored(self, name: str, given: dict[str, Any], rows: int) -> np.ndarray:
         """An array of ``varied``, of the arguments of a chunk that ``drawn`` gave."""
@@ -287,11 +279,8 @@ class Study(OneLine):
     @property
     def scaled_links(self) -> tuple[str, ...]:
         """The links whose masses vary, in the order of the robot's."""
-        named = {name for one in self.vary if one.what == "mass" for name in self._heavy(one)}
+        named = {name for one in self.vary if one.what == "mass" for name in self._names(one)}
         return tuple(name for name in heavy_links(self.scene.robot) if name in named)
-
-    def _heavy(self, one: Variation) -> tuple[str, ...]:
-        return heavy_links(self.scene.robot) if one.of is None else (one.of,)
 
     def _stepped(self, steps: np.ndarray) -> np.ndarray:
         """(rows, nq) the study's q, stepped along the degrees of freedom."""
@@ -309,35 +298,38 @@ class Study(OneLine):
         item = robot.model.joints[robot.joint_id(joint)]
         return np.arange(item.idx_v, item.idx_v + item.nv)
 
-    def _named(self, one: Variation, kind: str) -> tuple[str, ...]:
-        return self.scene.entry_names(kind) if one.of is None else (one.of,)
+    def _names(self, one: Variation) -> tuple[str, ...]:
+        """Return the impulses, contacts or links for which something is drawn."""
+        if one.of is not None:
+            return (one.of,)
+        if one.what == "mass":
+            return heavy_links(self.scene.robot)
+        return self.scene.entry_names(f"{VARIED[one.what][1]}s")
 
     def _check(self, one: Variation) -> None:
-        if one.what in ("configuration", "velocity"):
+        robot, where, kind = self.scene.robot, f"Variation of {one.what}", VARIED[one.what][1]
+        if kind == "joint":
             if one.of is not None:
-                self.scene.robot.joint_id(one.of, f"Variation of {one.what}")
-            return
-        if one.what == "mass":
+                robot.joint_id(one.of, where)
+        elif kind == "link":
             if one.of is not None:
-                link_inertia(self.scene.robot, one.of)
-            elif not heavy_links(self.scene.robot):
-                raise InputError("Variation of mass: no link that moves has a mass")
-            return
-        kind = "impulses" if one.what in ("impulse", "direction") else "contacts"
-        names = self.scene.entry_names(kind)
-        if not names:
-            raise InputError(f"Variation of {one.what}: the scene has no {kind}")
-        if one.of is not None and one.of not in names:
-            where = f"Variation of {one.what}"
-            raise UnknownNameError.among(kind.removesuffix("s"), one.of, names, where)
+                link_inertia(robot, one.of)
+            elif not heavy_links(robot):
+                raise InputError(f"{where}: no link that moves has a mass")
+        else:
+            names = self.scene.entry_names(f"{kind}s")
+            if not names:
+                raise InputError(f"{where}: the scene has no {kind}s")
+            if one.of is not None and one.of not in names:
+                raise UnknownNameError.among(kind, one.of, names, where)
         if one.what == "direction":
             entries = dict(zip(names, self.scene.impulses, strict=True))
-            for name in self._named(one, kind):
+            for name in self._names(one):
                 if not isinstance(entries[name], AppliedImpulse):
-                    raise InputError(f'Variation of direction: "{name}" is inside a joint')
+                    raise InputError(f'{where}: "{name}" is inside a joint')
 
     def describe(self) -> dict[str, Any]:
-        """All that a row depends on, ready for JSON: two studies differ in it."""
+        """Return all that a row depends on, ready for JSON: two studies differ in it."""
         return self._described
 
     def __getstate__(self) -> dict[str, Any]:
@@ -352,7 +344,7 @@ class Study(OneLine):
             "seed": self.seed,
             "chunk": self.chunk,
             "outputs": list(self.names),
-            "vary": [described(one, "vary") for one in self.vary],
+            "vary": described(self.vary, "vary"),
             "q": self.q.tolist(),
             "v": self.v.tolist(),
             "robot": robot_digest(scene.robot),

@@ -11,8 +11,7 @@ import numpy as np
 from ...errors import InputError
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
-from .layout import UNWRITTEN
-from .store import StudyStore, open_study
+from .store import UNWRITTEN, StudyStore, open_study
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
