@@ -57,8 +57,8 @@ def listed(heading):
 
 
 ORDERS = {
-    ("impulsekit",): "| room | holds",
-    ("impulsekit", "motion"): "| room of `motion/` | holds",
+    ("impulsekit",): "| package | holds",
+    ("impulsekit", "motion"): "| package of `motion/` | holds",
 }
 
 

@@ -211,7 +211,7 @@ def vjp(
 
 
 def _inputs(scene: Scene, q: Any, v: Any, by: Sequence[str], varied: dict[str, Any]) -> BatchInputs:
-    """The inputs of a batch, with factors on the masses where derivatives by these are asked for.
+    """Return the inputs of a batch, with factors on the masses if derivatives by these are wanted.
 
     Raises:
         UnknownNameError: no such parameter, or argument. InputError: what has no derivatives.

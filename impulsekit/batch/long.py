@@ -227,7 +227,7 @@ class LongImpact:
     def _acting(
         self, impulses: tuple[AppliedImpulse | JointImpulse, ...]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The bodies struck, (k, 6) wrenches in the axes of their joints, (nv,) in joints."""
+        """Return struck bodies, (k, 6) wrenches in the axes of their joints, (nv,) in joints."""
         struck: list[int] = []
         wrenches: list[np.ndarray] = []
         kicks = np.zeros(self._owner.nv)

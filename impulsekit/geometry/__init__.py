@@ -1,1 +1,1 @@
-"""Where bodies meet, in closed form: shapes, their nearest points, and how these move."""
+"""Shapes of bodies, their nearest points, and the motion of these points, in closed form."""

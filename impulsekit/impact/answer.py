@@ -22,7 +22,7 @@ __all__ = ["Answer"]
 
 
 class Answer(Displayed):
-    """What ``solve`` found; ``Impact`` adds what follows from it."""
+    """The result of ``solve``; ``Impact`` adds quantities derived from it."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Answer(Displayed):
 
     @cached_property
     def impulse_shares(self) -> Mapping[str, np.ndarray]:
-        """The books of momentum: by entry name, (nv,) its share in the generalized impulse."""
+        """The momentum balance: by entry name, (nv,) its share in the generalized impulse."""
         shares = self.mechanics.known_impulses()
         if self.constraints:
             matrix, slices = self.mechanics.constraint_matrix, self.mechanics.flat.slices
@@ -93,7 +93,7 @@ class Answer(Displayed):
 
     @cached_property
     def constraints(self) -> Named[ConstraintResult]:
-        """What each constraint of the scene carried, in their order; by name, too."""
+        """The impulse of each constraint of the scene, in their order or by name."""
         from .constraint_results import constraint_results
 
         found = (self.mechanics, self.outcome, self.v_before, self.v_after)
@@ -101,7 +101,7 @@ class Answer(Displayed):
 
     @property
     def outcome(self) -> Outcome | None:
-        """What the solver found besides ``dv``; None where there was nothing else."""
+        """The solver's results besides ``dv``; None if there are none."""
         if callable(self._outcome):
             self._outcome = self._outcome()
         return self._outcome

@@ -1,4 +1,4 @@
-"""What each bilateral constraint carried."""
+"""Impulses of bilateral constraints."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class ConstraintResult(OneLine):
 
     @cached_property
     def gap(self) -> float:
-        """How far the two points of an anchor are apart in the directions that it holds [m].
+        """The distance between the two points of an anchor in the directions that it holds [m].
 
         0 where there is nothing to be open: a lock, a coupling, an anchor at whatever point of
         the other frame coincides.

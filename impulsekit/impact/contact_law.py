@@ -282,7 +282,7 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Finding:
-    """What is known of other answers of a contact problem.
+    """A finding on the uniqueness of v⁺ of a contact problem.
 
     Attributes:
         verdict: "proven", "not proven" or "several".
@@ -334,7 +334,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
 
 
 def _shares_matter(problem: ContactProblem, law: Law, solution: ContactSolution) -> bool:
-    """Whether v⁺ may depend on how redundant contacts share their load."""
+    """Return True if v⁺ may depend on how redundant contacts share their load."""
     if solution.unique is None:
         return False
     shared = ~solution.unique

@@ -1,4 +1,4 @@
-"""What happened at each contact."""
+"""Impulses, velocities and modes of contacts."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class ContactResult(Displayed):
 
     @cached_property
     def gap(self) -> float:
-        """How far it is from touching [m], of a stop to the nearer limit [rad, m].
+        """The gap [m]; of a stop the distance to the nearer limit [rad, m].
 
         Negative where bodies overlap, a point is below its plane or a joint past its limit. A
         ``Contact`` counts as touching whatever its gap.
@@ -136,7 +136,7 @@ class ContactResult(Displayed):
 
     @property
     def touching(self) -> bool:
-        """Whether it touches at all at this configuration."""
+        """True if it touches at this configuration."""
         return bool(self.points)
 
 
@@ -246,7 +246,7 @@ def _works(
 
 
 def _is_still(impact: Answer, solution: ContactSolution, i: int) -> bool:
-    """Whether a contact does not slip, wherever in its cone its impulse is."""
+    """Return True if a contact does not slip, wherever in its cone its impulse is."""
     after = solution.velocity_after
     slip = float(np.abs(after[3 * i : 3 * i + 2]).max())
     speed = max(float(np.abs(after).max()), float(np.abs(solution.velocity_start).max()))

@@ -1,4 +1,4 @@
-"""What of a scene and its state is likely not meant, though it can be solved."""
+"""Warnings about scenes and states that can be solved but are likely mistakes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ UPWARDS = 0.7
 
 
 def doubts_of(impact: Answer) -> tuple[str, ...]:
-    """One sentence for each doubt; see ``Impact.doubts``."""
+    """Return the warnings, one sentence each; see ``Impact.doubts``."""
     scene = impact.scene
     found = outside_limits(scene.robot, impact.q) + likely_wxyz(scene.robot, impact.q)
     gaps: tuple[ContactGap, ...] = ()
@@ -110,7 +110,7 @@ def _up(scene: Scene) -> np.ndarray:
 
 
 def _is_floor(scene: Scene, entry: Contact) -> bool:
-    """Whether a contact's plane is fixed in the world and looks upwards."""
+    """Return True if a contact's plane is fixed in the world and faces upwards."""
     frame = scene.robot.model.frames[scene.robot.frame_id(entry.against)]
     normal = frame.placement.rotation @ np.array(entry.normal)
     return frame.parentJoint == 0 and float(normal @ _up(scene)) > UPWARDS

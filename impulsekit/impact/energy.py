@@ -1,4 +1,4 @@
-"""The books of energy: what every entry of the scene put in or took out."""
+"""The energy balance: the work of every entry of the scene."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
 def on_both_ends(
     placement_of: PlacementOf, said: FramePair, impulse: np.ndarray, name: str
 ) -> Iterator[BodyImpulse]:
-    """What the rows of two frames give to both, (k,) ``impulse`` by row; forces likewise."""
+    """Return the wrenches on two frames of the (k,) impulses or forces of their rows."""
     first, at_other = said.places(placement_of)
     wrench = said.wrench(impulse, said.axes_at(first, at_other))
     yield at_point(placement_of, said.first, wrench, "world", name)

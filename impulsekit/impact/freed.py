@@ -31,7 +31,7 @@ __all__ = ["FreedJoint", "freed_joint"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreedJoint(OneLine):
-    """What a joint carried.
+    """The impulse of a joint, found by freeing it.
 
     Attributes:
         joint: its name.

@@ -1,4 +1,4 @@
-"""How far the contacts of a scene are from touching, and its anchors from being closed."""
+"""Gaps of the contacts of a scene, and openings of its anchors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ONE_PATCH = 1e-9
 
 @dataclass(frozen=True)
 class ContactGap:
-    """How far a contact of a scene is from touching, before anything is solved.
+    """The gap of a contact of a scene, without solving.
 
     Attributes:
         name: the entry's name.
@@ -53,7 +53,7 @@ class ContactGap:
 
 @dataclass(frozen=True)
 class AnchorOpening:
-    """How far the two points of an anchor are apart in the directions that it holds.
+    """The distance between the two points of an anchor in the directions that it holds.
 
     Attributes:
         name: the entry's name.
@@ -92,7 +92,7 @@ def contact_gaps(
 
 
 def _turns(posture: Posture[Robot], entry: JointStop) -> bool:
-    """Whether the joint of a stop turns."""
+    """Return True if the joint of a stop is revolute."""
     return bool(posture.motion_subspace(posture.robot.joint_id(entry.joint))[3:].any())
 
 
@@ -156,7 +156,7 @@ class _Pair:
 
     @property
     def bound(self) -> float:
-        """What the gap is at least, by the balls around the pieces [m]."""
+        """A lower bound of the gap, by the balls around the pieces [m]."""
         (one, two), (a, b) = self.shapes, self.places
         return min(
             float(np.linalg.norm(a.act(x.centre) - b.act(y.centre))) - x.reach - y.reach

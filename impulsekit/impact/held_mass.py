@@ -48,7 +48,7 @@ def held_mass(
 
 
 class Responses(NamedTuple):
-    """What unit impulses on points do where bilateral rows hold.
+    """Responses to unit impulses on points under bilateral constraints.
 
     Attributes:
         moved: (nv, 3n) Δv.

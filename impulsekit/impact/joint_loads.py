@@ -1,4 +1,4 @@
-"""What joints carried in their own axes: axial force, shear, bending, and about the motor."""
+"""Joint loads in the joint's own axes: axial and shear force, bending moment, torque."""
 
 from __future__ import annotations
 

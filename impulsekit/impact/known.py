@@ -129,7 +129,7 @@ class KnownImpulses:
 
 
 def _branches(model: pin.Model, joints: Iterable[int]) -> tuple[pin.Model, Any, Any, list[int]]:
-    """Whole branches without gravity, roots at the origin, and where they stand.
+    """Return whole branches without gravity, their roots at the origin, and their placements.
 
     Returns:
         The model of the branches in which ``joints`` lie, the indices of its q and v in those of
@@ -155,7 +155,7 @@ def _branches(model: pin.Model, joints: Iterable[int]) -> tuple[pin.Model, Any, 
 
 
 def _root_translations(model: pin.Model) -> Any:
-    """Where q holds positions of roots in the world; None where it holds none."""
+    """Return the entries of q that are positions of roots in the world; None if there are none."""
     entries: list[int] = []
     for joint_id in range(1, model.njoints):
         if model.parents[joint_id] == 0:

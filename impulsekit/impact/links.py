@@ -18,7 +18,7 @@ __all__ = ["LinkJump", "link_jumps"]
 
 @dataclass(frozen=True, eq=False)
 class LinkJump:
-    """How an impact changes the velocity of a link, in world axes.
+    """The change of a link's velocity in an impact, in world axes.
 
     Attributes:
         dv_com: (3,) change of the velocity of the link's own mass centre [m/s].

@@ -25,7 +25,7 @@ __all__ = ["Mechanics"]
 
 
 class _Workspace:
-    """What the mechanics of a scene's impacts share in one thread.
+    """Memory that the impacts of a scene share within a thread.
 
     Attributes:
         model: of the whole robot.
@@ -120,7 +120,7 @@ class Mechanics:
         return held_mass(self.model, self.flat, self.mass_matrix, self._rows.A, self._rows.wider)
 
     def responses(self, points: np.ndarray) -> Responses:
-        """What unit impulses on points' rows (3n, nv) do where the bilateral rows hold."""
+        """Return responses to unit impulses on points' rows (3n, nv) under the bilateral rows."""
         return Responses.of(self.held_mass, points)
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
@@ -175,7 +175,7 @@ class Mechanics:
         return shares
 
     def joint_rows(self, joint: str) -> slice:
-        """Where a joint's degrees of freedom stand in v."""
+        """Return the entries of v that belong to a joint."""
         item = self.model.joints[self.scene.robot.joint_id(joint)]
         return slice(item.idx_v, item.idx_v + item.nv)
 

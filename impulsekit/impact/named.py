@@ -1,4 +1,4 @@
-"""Results by name and by place; a name that is not there is told with the nearest ones."""
+"""Results by name and by position; an unknown name raises an error with the nearest ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a solve found besides Δv: the impulses of constraints and of contacts."""
+"""Results of a solve besides Δv: the impulses of constraints and of contacts."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Touch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a solve found besides Δv.
+    """Results of a solve besides Δv.
 
     Attributes:
         constraint_impulses: (m,) λ by row of the bilateral constraints.
@@ -88,7 +88,7 @@ def touches_of(rows: StateRows, flat: FlatScene, scene: Scene) -> tuple[Touch, .
 
 
 def outcome_of(found: SceneImpact, flat: FlatScene, scene: Scene) -> Outcome:
-    """What the core found for an impact of a scene."""
+    """Return the core's results for an impact of a scene."""
     solution = found.solution
     multipliers, unique = solution.multipliers, solution.unique.astype(bool)
     if found.rows.yielded:

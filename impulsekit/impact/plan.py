@@ -1,4 +1,4 @@
-"""What is computed for a scene, by which algorithm, and why."""
+"""The plan of a scene: its computations, their algorithms, and reasons."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEEPEST_FOR_CRBA = 16
 
 @dataclass(frozen=True)
 class Plan:
-    """How a scene is solved.
+    """The computations by which a scene is solved.
 
     Attributes:
         algorithm: "none" (nothing moves), "aba" or "crba" on Pinocchio, or "core".
@@ -94,7 +94,7 @@ def touched_joints(scene: Scene) -> set[int]:
 
 
 def needs_core(scene: Scene) -> bool:
-    """Whether Pinocchio alone does not do: for rows, mimic joints, and M that may be singular."""
+    """Return True if Pinocchio alone is not enough: rows, mimic joints, or M may be singular."""
     robot = scene.robot
     if scene.held or scene.contacts or len(robot.model.mimicking_joints):
         return True

@@ -1,4 +1,4 @@
-"""Joint reaction impulses: what every joint has to bear, in O(n).
+"""Joint reaction impulses, in O(n).
 
 With Δv known, the recursion of Newton and Euler over the tree, from the leaves to
 the root, gives the wrench through every joint: the impulsive form of Chang & Huston
@@ -48,7 +48,7 @@ def transmitted(
     placements: Sequence[pin.SE3],
     impulses: Sequence[BodyImpulse],
 ) -> dict[str, np.ndarray]:
-    """What every joint transmits, as ``joint_reactions`` has it; forces likewise.
+    """Return the impulse or force that every joint transmits, as in ``joint_reactions``.
 
     Args:
         robot: whose links and frames they are.
@@ -136,7 +136,7 @@ def _base_reactions(
     placements: Sequence[pin.SE3],
     impulses: Sequence[BodyImpulse],
 ) -> dict[str, np.ndarray]:
-    """What the ground gives every robot on a fixed base, at its root link's origin."""
+    """Return the wrench of the ground on every fixed base, at its root link's origin."""
     model = robot.model
     taken = {frame.name for frame in model.frames}
     reactions = {}

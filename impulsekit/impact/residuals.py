@@ -1,4 +1,4 @@
-"""How well an answer satisfies its own equations."""
+"""Residuals of an impact's equations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``Impact``: the answer, and what follows from it, imported and worked out when asked for."""
+"""``Impact``: the result, and quantities derived from it on first access."""
 
 from __future__ import annotations
 
@@ -130,14 +130,14 @@ class Impact(TouchedAnswer):
 
     @cached_property
     def residuals(self) -> Residuals:
-        """How well the answer satisfies its own equations, relative."""
+        """Relative residuals of the impact's equations."""
         from .residuals import residuals_of
 
         return residuals_of(self)
 
     @cached_property
     def status(self) -> Status:
-        """How the answer is to be taken; ``solve``, batches and commands ask it.
+        """The status, with advice; the same for ``solve``, batches and commands.
 
         Whether other v⁺ obey the law as well is no part of it: see ``uniqueness``.
         """
@@ -151,7 +151,7 @@ class Impact(TouchedAnswer):
 
     @cached_property
     def uniqueness(self) -> Uniqueness:
-        """Whether other v⁺ that gain no energy obey the law as well; computed on first access.
+        """The uniqueness of v⁺ among those that gain no energy; computed on first access.
 
         Without friction, with friction that is weak against the coupling of the contacts, at one
         contact, and of up to four contacts in a plane it is proven or others are found; in space
@@ -163,7 +163,7 @@ class Impact(TouchedAnswer):
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """What of the scene and its state is likely not meant, one sentence each.
+        """Warnings about likely mistakes in the scene and its state, one sentence each.
 
         Contacts and anchors that are open, or overlap, by more than ``Scene.gap_bound``; a
         robot under its floor; joints outside their limits; a scene in which nothing strikes.
@@ -175,7 +175,7 @@ class Impact(TouchedAnswer):
         return doubts_of(self)
 
     def is_valid(self, tol: float = RESIDUAL_LIMIT) -> bool:
-        """Whether the status is good and every residual is within ``tol``.
+        """Return True if the status is valid and every residual is within ``tol``.
 
         Raises:
             NotFiniteError, RangeError: a ``tol`` that is no number from 0 up.

@@ -91,7 +91,7 @@ class SceneJump:
         return self._without[left]
 
     def _refuse(self, scene: Scene, q: np.ndarray, found: SceneImpact) -> None:
-        """Raise the error of an impact that has no answer."""
+        """Raise the error of an impact without a solution."""
         check_directions(found.rows)
         solution = found.solution
         if found.failure == _REFUSED:

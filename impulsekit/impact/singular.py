@@ -36,7 +36,7 @@ UNEVEN_MASSES = 2e3
 
 
 def _has_uneven_masses(model: pin.Model) -> bool:
-    """Whether some bodies are so light beside others that sums over both lose digits."""
+    """Return True if some bodies are so light beside others that sums over both lose digits."""
     masses = [body.mass for body in list(model.inertias)[1:] if body.mass > 0.0]
     return max(masses, default=1.0) > UNEVEN_MASSES * min(masses, default=1.0)
 

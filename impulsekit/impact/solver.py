@@ -60,7 +60,7 @@ class ImpactSolver:
 
     @cached_property
     def plan(self) -> Plan:
-        """What is computed, by which algorithm, and why."""
+        """The plan: computations, their algorithms, and reasons."""
         return plan_of(self.scene)
 
     def __repr__(self) -> str:

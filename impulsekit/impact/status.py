@@ -109,17 +109,17 @@ class Status(int, enum.Enum):
 
     @property
     def sentence(self) -> str:
-        """What it means, with advice."""
+        """The status as a sentence with advice."""
         return str(self.value)
 
     @property
     def valid(self) -> bool:
-        """Whether the numbers may be used."""
+        """True if the numbers may be used."""
         return self in _VALID
 
     @property
     def obeys_law(self) -> bool:
-        """Whether the numbers satisfy the law of contact, valid or not."""
+        """True if the numbers satisfy the law of contact, valid or not."""
         return self in _VALID or self is Status.ENERGY_GAIN
 
 

@@ -15,11 +15,11 @@ __all__ = ["TouchedAnswer"]
 
 
 class TouchedAnswer(Answer):
-    """What ``solve`` found, constraint by constraint and contact by contact."""
+    """The result of ``solve``, constraint by constraint and contact by contact."""
 
     @cached_property
     def contacts(self) -> Named[ContactResult]:
-        """What happened at each contact of the scene, in their order; by name, too."""
+        """The result of each contact of the scene, in their order or by name."""
         from .contact_results import contact_results
 
         return Named(contact_results(self), "contact")

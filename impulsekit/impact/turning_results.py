@@ -56,7 +56,7 @@ class TurningResult(OneLine):
 
 
 def turning_result(impact: Answer, k: int) -> TurningResult:
-    """What the k-th touch of an impact, whose rows are of turning, did."""
+    """Return the result of the k-th touch of an impact, whose rows are of turning."""
     outcome = impact.outcome
     if outcome is None or outcome.contacts is None:
         raise ValueError("no contact touched")

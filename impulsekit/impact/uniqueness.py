@@ -1,4 +1,4 @@
-"""Whether the law of contact leaves other velocities open, and which are shown."""
+"""Uniqueness of v⁺ under the law of contact, and the choice that is shown."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Uniqueness", "uniqueness_of"]
 
 @dataclass(frozen=True, eq=False)
 class Uniqueness:
-    """Whether v⁺ is the only one that the law allows and that gains no energy.
+    """A finding on whether v⁺ is the only one that the law allows and that gains no energy.
 
     Attributes:
         verdict: "proven" (no other v⁺ obeys the law and gains no energy), "not proven" (none was
@@ -37,12 +37,12 @@ class Uniqueness:
 
     @property
     def proven(self) -> bool:
-        """Whether it is proven that no other v⁺ obeys the law and gains no energy."""
+        """True if it is proven that no other v⁺ obeys the law and gains no energy."""
         return self.verdict == "proven"
 
     @property
     def several(self) -> bool:
-        """Whether other v⁺ were found."""
+        """True if other v⁺ were found."""
         return self.verdict == "several"
 
     def to_dict(self) -> dict[str, Any]:

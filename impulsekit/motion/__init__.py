@@ -1,4 +1,4 @@
-"""What happens after an impact: forces, flight, events, rest, and the ``Trajectory`` of it all.
+"""Motion after an impact: forces, flight, events, rest, and their ``Trajectory``.
 
 Names load when first used.
 """

@@ -1,4 +1,4 @@
-"""How far off a motion is: a second run at a tenth of its tolerance."""
+"""An error estimate of a motion: a second run at a tenth of its tolerance."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class MotionCheck(OneLine):
 
     @property
     def same_impacts(self) -> bool:
-        """Whether both have the same number of impacts."""
+        """True if both have the same number of impacts."""
         return self.impacts[0] == self.impacts[1]
 
     @property

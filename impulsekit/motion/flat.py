@@ -177,7 +177,7 @@ def _torque(function: Any, name: str, size: int, t: float, q: Any, v: Any) -> np
 def _driven(
     start: np.ndarray, functions: Sequence[Any], tables: Sequence[TorqueTable], t: float
 ) -> np.ndarray:
-    """What of the forces is a function of time, at a time [s]."""
+    """Return the forces that are functions of time, at a time [s]."""
     numbers = start.copy()
     for at, function in functions:
         numbers[at : at + 6] = function(t)

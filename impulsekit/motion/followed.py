@@ -124,21 +124,21 @@ class Followed:
         )
 
     def impacts(self, until: float) -> Callable[[], Impacts]:
-        """What makes the impacts up to a time [s], with all that ``solve`` tells of each."""
+        """Return the impacts up to a time [s], each with all results of ``solve``."""
         scene, first = self.scene, self.first
         met = [hit for hit in self.core.impacts if hit[0] <= until]
         return lambda: (*first, *(_impact_of(scene, *hit) for hit in met))
 
     @property
     def status(self) -> MotionStatus:
-        """How the motion has ended; FINISHED while it goes on."""
+        """The motion's status; FINISHED while it goes on."""
         if self.first and not self.first[-1][1].status.valid:
             return MotionStatus.IMPACT_NOT_VALID
         return list(MotionStatus)[self.core.ended] if self.core.ended > 0 else MotionStatus.FINISHED
 
     @property
     def detail(self) -> str:
-        """What else there is to say of the end."""
+        """Details of the motion's end."""
         if self.status is not MotionStatus.IMPACT_NOT_VALID:
             return str(self.core.detail)
         t, impact = self.impacts(math.inf)()[-1]
@@ -177,7 +177,7 @@ def _impact_of(
     soft: bool,
     code: int,
 ) -> tuple[float, Impact]:
-    """An impact on the way, with all that ``solve`` tells of it."""
+    """An impact during the motion, with all results of ``solve``."""
     later = _later.of(scene)
     if any(map(is_driven, later.constraints)):
         own = scene_at(_without_restitution(later) if soft else later, t)

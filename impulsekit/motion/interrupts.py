@@ -15,7 +15,7 @@ class Interrupts:
     An exception at any moment is not safe: Python drops what is raised in a finalizer, and
     native code that is just making its result turns it into a SystemError. A second Ctrl-C
     raises at once, for a function of the user's that does not return. Only in the main thread,
-    and only where nobody else handles the signal.
+    and only where no other handler is set.
     """
 
     def __init__(self) -> None:

@@ -108,7 +108,7 @@ def simulate(
 def _shown(
     progress: bool | Callable[[float], None] | None, duration: float
 ) -> Iterator[Callable[[float], None] | None]:
-    """What is told the time after every step; a bar for True."""
+    """Return the callback that receives the time after every step; a bar for True."""
     if progress is not True:
         yield progress or None
         return

@@ -41,7 +41,7 @@ class Simulation:
     Args:
         scene: the robot, what acts on it, and the law of contact; its impulses act at t = 0.
         q: (nq,) configuration at the start. v: (nv,) velocity, before the impulses act.
-        record: False to forget the way, for a simulation without end; then there is no
+        record: False to forget the way, for a simulation that never ends; then there is no
             ``trajectory``.
         settings: method, tolerances and limits, see ``MotionSettings``. ``duration`` [s] is
             only how far a step may reach at most; ``max_steps`` counts for each call.
@@ -220,7 +220,7 @@ class Simulation:
         return t
 
     def _horizon(self, t: float) -> float:
-        """How far steps may reach: beyond a time, since the next will be asked for."""
+        """Return the limit of steps: beyond a time, since later ones will be requested."""
         return max(t, self._followed.core.t + self._followed.settings.duration)
 
     def _obeying(self) -> Any:

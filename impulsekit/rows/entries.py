@@ -1,4 +1,4 @@
-"""What an entry of a scene says: rows between two frames, or rows of joints' own speeds.
+"""Rows of an entry of a scene: between two frames, or of joints' own speeds.
 
 The core makes rows of them, ``core/rows.hpp``.
 """
@@ -77,7 +77,7 @@ class Site:
 
     @property
     def moves(self) -> bool:
-        """Whether a joint carries it."""
+        """True if a joint carries it."""
         return self.joint_id > 0
 
 
@@ -136,7 +136,7 @@ class FramePair:
 
     @property
     def linear(self) -> list[int]:
-        """Which of x, y, z its rows are."""
+        """The axes among x, y, z of its rows."""
         return [row for row in self.select if row < 3]
 
     @property
@@ -170,7 +170,7 @@ class JointRows:
 
 
 def rows_of_entry(robot: Robot, entry: Any) -> FramePair | JointRows | FunctionRows:
-    """What an impulse, constraint or contact says of bodies or joints.
+    """Return the rows of an impulse, constraint or contact.
 
     A contact's rows are t₁, t₂, n; those of a joint stop its joint's speed. A ``Collision`` has no
     frames of its own: its points are found state by state.
@@ -179,7 +179,7 @@ def rows_of_entry(robot: Robot, entry: Any) -> FramePair | JointRows | FunctionR
 
 
 def frame_pair(robot: Robot, entry: Any) -> FramePair:
-    """Of an entry that speaks of two frames: a blow, an anchor, a ``Contact``."""
+    """Return the pair of frames of an entry: an applied impulse, an anchor, a ``Contact``."""
     said = rows_of_entry(robot, entry)
     if not isinstance(said, FramePair):
         raise TypeError(type(entry).__name__)
@@ -187,7 +187,7 @@ def frame_pair(robot: Robot, entry: Any) -> FramePair:
 
 
 def joint_rows(robot: Robot, entry: Any) -> JointRows:
-    """Of an entry that speaks of joints: an impulse in one, a lock, a coupling, a stop."""
+    """Return the joint rows of an entry: a joint impulse, a lock, a coupling, a stop."""
     said = rows_of_entry(robot, entry)
     if not isinstance(said, JointRows):
         raise TypeError(type(entry).__name__)

@@ -1,4 +1,4 @@
-"""How an answer changes with the state, the blows, the coefficients and the points.
+"""Derivatives of an impact by the state, the impulses, the coefficients and the points.
 
 The core makes an impact linear in its modes; here are the face of that for one impact, and words.
 """

@@ -31,7 +31,7 @@ ByName: TypeAlias = Mapping[str, np.ndarray]
 
 
 class Layout:
-    """Where the results and the parameters of a scene stand in the core's rows and columns.
+    """The core's rows and columns of the results and the parameters of a scene.
 
     It does not hold the scene.
 

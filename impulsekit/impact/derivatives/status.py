@@ -35,5 +35,5 @@ class DerivativeStatus(enum.Enum):
 
     @property
     def exists(self) -> bool:
-        """Whether the numbers are derivatives."""
+        """True if the derivatives exist."""
         return self in (DerivativeStatus.EXISTS, DerivativeStatus.BY_DIFFERENCES)

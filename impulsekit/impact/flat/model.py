@@ -137,7 +137,7 @@ def body_numbers(inertia: pin.Inertia) -> np.ndarray:
 
 
 def _parts(joint: Any, placement: pin.SE3, q: int, v: int, name: str) -> list[_Part]:
-    """What a joint is made of, the first at ``placement``."""
+    """Return the elementary joints of a joint, the first at ``placement``."""
     own = joint.extract() if type(joint) is pin.JointModel else joint
     kind = own.shortname()
     if kind == "JointModelComposite":
@@ -182,7 +182,7 @@ def _axis(own: Any, kind: str) -> Any:
 
 
 def _following(joint: Any, leader: Any, name: str) -> list[_Part]:
-    """What a joint is made of that follows another: q = scaling q' + offset."""
+    """Return the elementary joints of one that follows another: q = scaling q' + offset."""
     mimic = joint.extract()
     data = joint.createData()
     # Its directions are known once it was placed.

@@ -78,7 +78,7 @@ class FlatScene:
     order: list[int]
 
     def given(self, q: np.ndarray) -> dict[str, Any]:
-        """What functions give at q, as ``core.rows`` takes it."""
+        """Return the values of users' functions at q, as ``core.rows`` takes them."""
         given: dict[str, Any] = {}
         if self.functions:
             blocks = [rows.matrix_at(q) for rows in self.functions]

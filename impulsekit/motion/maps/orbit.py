@@ -86,7 +86,7 @@ class Orbit(OneLine):
 
     @property
     def is_stable(self) -> bool:
-        """Whether every multiplier is less than 1 in size."""
+        """True if every multiplier is less than 1 in size."""
         return bool(np.abs(self.multipliers).max(initial=0.0) < 1.0)
 
 
@@ -248,7 +248,7 @@ class _Search:
         return motion, self._returned(impact.q, impact.v_after)
 
     def _hit(self, motion: Trajectory) -> int | None:
-        """Which of a motion's impacts ends the period."""
+        """Return the impact that ends the period."""
         names = motion.scene.entry_names("contacts")
         for i, (time, impact) in enumerate(motion.impacts):
             if time <= AT_START or impact.outcome is None:

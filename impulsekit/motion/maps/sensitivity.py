@@ -1,4 +1,4 @@
-"""How a whole motion with its impacts changes with its start: the chain of flows and impacts.
+"""Sensitivity of a whole motion with its impacts to its start: the chain of flows and impacts.
 
 Φ = Φ_k Ξ_k … Φ_1 Ξ_1 Φ_0 on the tangent of (q, v), with the saltation matrices Ξ of the
 impacts and the flows Φ between them. Over a period it is the monodromy matrix.
@@ -82,7 +82,7 @@ class Sensitivity(OneLine):
 
     @property
     def exists(self) -> bool:
-        """Whether every impact on the way has derivatives."""
+        """True if every impact on the way has derivatives."""
         return all(item.derivatives.status.exists for _, item in self.saltations)
 
     @property

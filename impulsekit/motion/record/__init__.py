@@ -1,1 +1,1 @@
-"""What a motion leaves: its path, its impacts and forces, tables, files; ``Trajectory``."""
+"""The record of a motion: path, impacts, forces, tables, files; ``Trajectory``."""

@@ -23,7 +23,7 @@ __all__ = ["MomentumBalance", "momentum_balance"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MomentumBalance(OneLine):
-    """Where the momentum of all that moves came from between two times.
+    """The sources of the momentum of all moving bodies between two times.
 
     World axes, (6,) each: linear [N s] before angular about the world's origin [N m s].
 
@@ -80,7 +80,7 @@ _KINDS = ("impulses", "constraints", "contacts", "forces")
 
 
 def _add(shares: dict[str, np.ndarray], impact: Impact) -> None:
-    """What an impact gave, to the shares of its entries."""
+    """Add an impact's momentum to the shares of its entries."""
     mechanics, model = impact.mechanics, impact.scene.robot.model
     for item in body_impulses(impact):
         if item.joint_id > 0:

@@ -21,7 +21,7 @@ __all__ = ["Comparison", "compare", "first_link", "frame_distances", "moving_lin
 
 
 class Recorded(Protocol):
-    """What a motion is compared with: times and configurations, measured or computed."""
+    """A recording for comparison: times and configurations, measured or computed."""
 
     @property
     def t(self) -> np.ndarray:
@@ -34,7 +34,7 @@ class Recorded(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(OneLine):
-    """How far a frame of a motion is from the same frame of a recording. Read-only.
+    """Distances between a frame of a motion and the same frame of a recording. Read-only.
 
     Attributes:
         frame: its name.

@@ -1,4 +1,4 @@
-"""What one entry of a scene did in the course of a motion: its impacts and its forces."""
+"""Histories of one entry of a scene over a motion: its impacts and its forces."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class _Impacts(tuple, _Told, Generic[T], ABC):
     def __new__(
         cls, impacts: Iterable[tuple[float, T]], motion: SampledMotion, name: str, index: int
     ) -> Any:
-        """Of the entry that is called ``name`` and has this place in the scene."""
+        """Make the history of the entry ``name`` at this position in the scene."""
         self = super().__new__(cls, impacts)
         self._motion, self.name, self._index = motion, name, index
         return self
@@ -60,7 +60,7 @@ class _Impacts(tuple, _Told, Generic[T], ABC):
         return type(self), (tuple(self), self._motion, self.name, self._index)
 
     def impulse(self, start: float | None = None, end: float | None = None) -> np.ndarray:
-        """What the first body got between two times, in the entries of ``force`` [N s, N m s].
+        """Return the impulse on the first body between two times, as ``force`` [N s, N m s].
 
         The integral of the force and the impulses of the impacts. From ``start`` (after an
         impact at that time; None for the beginning, with the impacts there) to ``end`` (after an
@@ -76,22 +76,22 @@ class _Impacts(tuple, _Told, Generic[T], ABC):
         return read_only(total)
 
     def power(self, t: Any) -> np.ndarray:
-        """What it gives the bodies at a time, negative where it takes [W]; at times (T,): (T,)."""
+        """Return its power on the bodies, negative if it takes [W]; at times (T,): (T,)."""
         return self._over_time(t, self._power)
 
     def work(self, start: float | None = None, end: float | None = None) -> float:
-        """What it gave the bodies between two times, impacts included [J]; see ``impulse``."""
+        """Return its work between two times, impacts included [J]; see ``impulse``."""
         steady = self._integral(start, end, 1, self._power)[0]
         return float(steady + sum(result.work for result in self._struck(start, end)))
 
     @property
     @abstractmethod
     def _size(self) -> int:
-        """How many numbers a force has."""
+        """Return the number of entries of a force."""
 
     @abstractmethod
     def _force(self, loads: Loads) -> np.ndarray:
-        """What acts at a time."""
+        """Return the force at a time."""
 
     @abstractmethod
     def _power(self, loads: Loads) -> float:
@@ -188,7 +188,7 @@ class ConstraintHistory(_Impacts[ConstraintResult]):
         return self._over_time(t, self._force)
 
     def unique(self, t: float) -> bool:
-        """Whether its forces are determined at a time; where rows are redundant they are not.
+        """Return True if its forces are determined at a time; those of redundant rows are not.
 
         Raises:
             RangeError: a time outside the motion.
@@ -223,7 +223,7 @@ class ForceHistory(_Told):
         self._motion, self.name, self._index = motion, name, index
 
     def force(self, t: Any) -> np.ndarray:
-        """What it gives at a time; at times (T,) with a leading axis.
+        """Return its force at a time; at times (T,) with a leading axis.
 
         An actuator or a spring in a joint: (k,) by degree of freedom [N m, N]. On bodies: (6,)
         the force [N] before the couple [N m] on ``frame`` about its point ``at``, world axes.
@@ -234,11 +234,11 @@ class ForceHistory(_Told):
         return self._over_time(t, lambda loads: loads.forces[self._index].value)
 
     def power(self, t: Any) -> np.ndarray:
-        """What it gives the bodies at a time [W]; at times (T,): (T,)."""
+        """Return its power on the bodies at a time [W]; at times (T,): (T,)."""
         return self._over_time(t, self._power)
 
     def work(self, start: float | None = None, end: float | None = None) -> float:
-        """What it gave the bodies between two times [J].
+        """Return its work on the bodies between two times [J].
 
         Raises:
             RangeError: times outside the motion.
@@ -253,7 +253,7 @@ class ForceHistory(_Told):
 
 
 class JointHistory(_Told):
-    """What a joint transmits in the course of a motion.
+    """The load of a joint over a motion.
 
     Attributes:
         name: the joint's name.

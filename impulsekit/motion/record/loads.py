@@ -67,7 +67,7 @@ class PushedPoint:
 
 @dataclass(frozen=True, eq=False)
 class ForceBetween:
-    """What a spring, an actuator or an applied force does at one time.
+    """The force of a spring, an actuator or an applied force at one time.
 
     Attributes:
         value: (k,) in a joint, by degree of freedom [N m, N]; of a body (6,), force [N] before
@@ -156,7 +156,7 @@ class Loads:
 
     @cached_property
     def wrenches(self) -> dict[str, np.ndarray]:
-        """What changes the momentum of all that moves: by entry, "weight" and "base".
+        """Return the wrenches on all moving bodies: by entry, "weight" and "base".
 
         (6,) each, world axes, force [N] before couple about the world's origin [N m]. "base" is
         what joints to the world transmit; forces between bodies that move are zero.
@@ -184,7 +184,7 @@ class Loads:
 
 
 class LoadsOfMotion:
-    """The forces of a motion, worked out where they are asked for.
+    """The forces of a motion, computed on access.
 
     Attributes:
         scene, path: of the motion.
@@ -265,7 +265,7 @@ class LoadsOfMotion:
 
 
 def pushed_points(scene: Scene, found: dict[str, Any]) -> Iterator[PushedPoint]:
-    """Where contacts that rest push, as the core found it."""
+    """Return the points at which resting contacts push, as the core found them."""
     forces, slip = found["forces"].reshape(-1, 3), found["slip"].reshape(-1, 3)
     axes, places = found["axes"].reshape(-1, 3, 3), found["places"].reshape(-1, 3)
     moments, turning = found["moments"].reshape(-1, 3), found["turning"].reshape(-1, 3)
@@ -304,7 +304,7 @@ class _DryShare:
 
 
 def _dry(torques: np.ndarray, share: _DryShare, speed: float) -> ForceBetween:
-    """What an entry of dry friction gives."""
+    """Return the torque of an entry of dry friction."""
     torque = float(share.part * torques[share.index])
     return ForceBetween(np.array([torque]), torque * speed, ())
 
@@ -332,7 +332,7 @@ class _OneForce:
             self._frames[robot.model.frames[frame_id].parentJoint] = frame_id
 
     def at(self, t: float, q: np.ndarray, v: np.ndarray, data: pin.Data) -> ForceBetween:
-        """What it gives; ``data`` with placements and velocities."""
+        """Return its force; ``data`` with placements and velocities."""
         given: Any = self._core.force(self._index, t, q, v)
         torque, wrenches = given
         if self._joint is not None:

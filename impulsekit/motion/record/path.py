@@ -52,7 +52,7 @@ class Path:
 
     @classmethod
     def of_arrays(cls, model: pin.Model, arrays: dict[str, np.ndarray]) -> Path:
-        """The path that ``arrays`` tells of."""
+        """Return the path that ``arrays`` hold."""
         points = np.split(arrays["path_rests"], arrays["path_rests_end"])[:-1]
         dry = arrays["path_dry"].tolist()
         end = arrays["path_end"]
@@ -83,7 +83,7 @@ class Path:
         return start, end
 
     def footing(self, t: float) -> tuple[np.ndarray, list[int], np.ndarray]:
-        """What rests in the step at a time, as the core has it."""
+        """Return the resting contacts of the step at a time, as the core has them."""
         if not len(self):
             return np.zeros(0), [], np.zeros(0)
         return self._footings[self._footing[int(self._number(t))]]

@@ -54,7 +54,7 @@ class Rest:
 
 
 class SampledMotion(Displayed):
-    """What a simulation leaves; ``Trajectory`` adds what follows from it."""
+    """The samples of a simulation; ``Trajectory`` adds quantities derived from them."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class SampledMotion(Displayed):
 
     @cached_property
     def impacts(self) -> Impacts:
-        """(time [s], ``Impact``) in order of time; made where they are asked for."""
+        """(time [s], ``Impact``) in order of time; computed on access."""
         return self._made_impacts()
 
     @cached_property
@@ -106,7 +106,7 @@ class SampledMotion(Displayed):
 
     @cached_property
     def loads(self) -> LoadsOfMotion:
-        """All forces of the motion, worked out where they are asked for."""
+        """All forces of the motion; computed on access."""
         from .loads import LoadsOfMotion
 
         return LoadsOfMotion(self.scene, self._path, slip_without_direction(self.settings))

@@ -1,4 +1,4 @@
-"""How a motion ended."""
+"""Statuses of a motion's end."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["MotionStatus"]
 
 
 class MotionStatus(enum.Enum):
-    """How a motion ended, as a sentence with advice. The part computed until then is kept.
+    """The status of a motion's end, a sentence with advice. The part computed until then is kept.
 
     Example:
         >>> MotionStatus.FINISHED.value, MotionStatus.FINISHED.finished
@@ -71,5 +71,5 @@ class MotionStatus(enum.Enum):
 
     @property
     def finished(self) -> bool:
-        """Whether the motion was followed to its end."""
+        """True if the motion was followed to its end."""
         return self is MotionStatus.FINISHED

@@ -94,7 +94,7 @@ class Trajectory(SampledMotion):
         return ByName(histories.of_joints(self), "joint")
 
     def balance(self, start: float | None = None, end: float | None = None) -> MomentumBalance:
-        """Where the momentum came from between two times: forces, and impulses of impacts.
+        """Return the sources of momentum between two times: forces, and impulses of impacts.
 
         Args:
             start: after an impact at that time [s]; None for the beginning, before its impacts.
@@ -131,7 +131,7 @@ class Trajectory(SampledMotion):
         return momenta_of(self)
 
     def compare(self, recording: Recorded, frame: str | None = None) -> Comparison:
-        """How far a frame is from where a recording has it, and how far turned, over time.
+        """Return the distance and angle over time between a frame and the same one of a recording.
 
         Args:
             recording: a ``Recording`` (times and configurations of a log, of a camera), or another
