@@ -25,7 +25,7 @@ from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
 from impulsekit.reference.impact import freed_directions, joint_directions
 from impulsekit.reference.kane import consistent_solution
 from impulsekit.reference.kinematics import Kinematics
-from impulsekit.reference.loads import Load
+from impulsekit.reference.loads import Load, in_joints
 from impulsekit.reference.rows import Rows
 from impulsekit.reference.system import KaneSystem
 from impulsekit.reference.tree import WORLD, Tree
@@ -69,10 +69,10 @@ def impact_of_free_bodies(
     """
     tree, numbers = system, system.arithmetic
     before, at = tree.speeds(y), system.kinematics(q)
-    given = Rows.none(tree) if rows is None else system.checked_rows(rows)
+    given = Rows.none(tree) if rows is None else rows
     joints = _Joints(tree, at)
     forces, couples = loads.at_mass_centres(tree, at, impulses)
-    for name, own in system.in_joints(joint_impulses).items():
+    for name, own in in_joints(system, joint_impulses).items():
         linear, angular = joints.own_motion[tree.body_of_joint(name)]
         forces += np.tensordot(own, linear, axes=([0], [0]))
         couples += np.tensordot(own, angular, axes=([0], [0]))
@@ -111,7 +111,7 @@ def impact_of_free_bodies(
     dx, held_by = change @ weights, carried @ weights
 
     reactions = {}
-    own_impulses = system.in_joints(joint_impulses)
+    own_impulses = in_joints(system, joint_impulses)
     from_rows = row_impulses @ given.speeds
     for k, body in enumerate(tree.bodies):
         inside = own_impulses[body.joint.name]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..display import Displayed, one_line
+from ..errors import UnknownNameError
 from ..reference import KaneImpact, Load, Rows
 from ..reference.kinematics import Kinematics
 from ..robot.arrays import lock
@@ -81,7 +82,7 @@ class Check(Displayed):
         return all(row.agrees for row in self.rows)
 
     def row(self, name: str) -> CheckRow:
-        """The row of this name.
+        """Return the row of this name.
 
         Raises:
             UnknownNameError: there is none.
@@ -89,16 +90,14 @@ class Check(Displayed):
         for row in self.rows:
             if row.name == name:
                 return row
-        from ..errors import UnknownNameError
-
         raise UnknownNameError.among("row of a check", name, (row.name for row in self.rows))
 
     def report(self) -> str:
-        """The comparison as a table: each quantity at the entry that is furthest apart."""
+        """Return the comparison as a table: each quantity at the entry that is furthest apart."""
         return "\n".join(self.lines()) + "\n"
 
     def lines(self) -> list[str]:
-        """The lines of the report; those of the table know its cells."""
+        """Return the lines of the report; those of the table know its cells."""
         from ..display.table import table
 
         lines = [
@@ -143,7 +142,14 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
-_ENERGY_METRIC = "√(2 T), each entry over √M_ll"
+# Name, unit, entries, ours, the reference's, size, what the size is in words, weights of entries.
+_Quantity = tuple[str, str, Sequence[str], Any, Any, float, str, Any]
+_SPEEDS = "the largest √M_ll |v_l|, each entry times √M_ll"
+_MOMENTA = "√(2 T), each entry over √M_ll"
+_CENTRES = "the fastest mass centre, or rotation times the robot's reach"
+_TURNS = "the fastest mass centre over the robot's reach, or rotation"
+_IMPULSES = "the largest impulse on or between links"
+_COUPLES = f"{_IMPULSES}, times the robot's reach"
 
 
 def compared(
@@ -156,7 +162,7 @@ def compared(
     conditions: Conditions,
     loads: Sequence[Load],
 ) -> tuple[CheckRow, ...]:
-    """The rows of a check.
+    """Return the rows of a check.
 
     Args:
         at: the reference's kinematics.
@@ -168,148 +174,69 @@ def compared(
     joints = reference.joints(impact.reactions)
     reactions = {name: _floats(carried.joint_reaction(inner)) for name, inner in joints.items()}
     sizes = sizes_of(truth, at, conditions, impact, loads, reactions)
-    make = _Maker(conditions.tolerance)
-    rows = _of_speeds(make, impact, reference, truth, conditions, sizes)
-    rows += _of_links(make, impact, reference, truth, sizes)
-    rows.append(
-        make.row(
-            "energy",
-            "J",
-            ("before", "after"),
-            [impact.energy.before, impact.energy.after],
-            [truth.energy_before, truth.energy_after],
-            sizes.energy,
-            "the largest kinetic energy",
-        )
-    )
-    rows += _of_joints(make, impact.reactions, reactions, sizes)
+    quantities = _of_motion(impact, reference, truth, conditions, sizes)
+    names, ours = _with_axes(reactions), [impact.reactions[name] for name in reactions]
+    for name, unit, part, size, scale in (
+        ("joint impulses", "N s", slice(0, 3), sizes.impulse, _IMPULSES),
+        ("joint couples", "N m s", slice(3, 6), sizes.impulse * sizes.reach, _COUPLES),
+    ):
+        mine, theirs = ([each[part] for each in own] for own in (ours, reactions.values()))
+        quantities.append((name, unit, names, mine, theirs, size, scale, 1.0))
     if impact.constraints:
-        rows += _of_constraints(make, impact, truth, demands, conditions, sizes)
-    return tuple(rows)
+        quantities += _of_constraints(impact, truth, demands, conditions, sizes)
+    return tuple(_row(quantity, conditions.tolerance) for quantity in quantities)
 
 
-class _Maker:
-    """Makes rows of one tolerance."""
-
-    def __init__(self, tolerance: float) -> None:
-        self._tolerance = tolerance
-
-    def row(
-        self,
-        name: str,
-        unit: str,
-        entries: Sequence[str],
-        ours: Any,
-        reference: Any,
-        size: float,
-        scale: str,
-        weights: np.ndarray | float = 1.0,
-    ) -> CheckRow:
-        """A row; the difference of an entry is weighed, then taken relative to ``size``."""
-        mine, theirs = _floats(ours).ravel(), _floats(reference).ravel()
-        gaps = np.abs(mine - theirs) * weights
-        difference, worst = 0.0, 0
-        if len(gaps):
-            worst = int(np.argmax(gaps))  # a NaN counts as the largest
-            if gaps[worst] != 0.0:
-                difference = float(gaps[worst] / size) if size > 0.0 else float("inf")
-        lock(mine, theirs)
-        return CheckRow(
-            name, unit, tuple(entries), mine, theirs, difference, scale, self._tolerance, worst
-        )
+def _row(quantity: _Quantity, tolerance: float) -> CheckRow:
+    """Return a row; the difference of an entry is weighed, then taken relative to the size."""
+    name, unit, entries, ours, reference, size, scale, weights = quantity
+    mine, theirs = _floats(ours).ravel(), _floats(reference).ravel()
+    gaps = np.abs(mine - theirs) * weights
+    difference, worst = 0.0, 0
+    if len(gaps):
+        worst = int(np.argmax(gaps))  # a NaN counts as the largest
+        if gaps[worst] != 0.0:
+            difference = float(gaps[worst] / size) if size > 0.0 else float("inf")
+    lock(mine, theirs)
+    return CheckRow(name, unit, tuple(entries), mine, theirs, difference, scale, tolerance, worst)
 
 
-def _of_speeds(
-    make: _Maker,
+def _of_motion(
     impact: Impact,
     reference: ReferenceRobot,
     truth: KaneImpact,
     conditions: Conditions,
     sizes: Sizes,
-) -> list[CheckRow]:
+) -> list[_Quantity]:
     root = np.sqrt(np.diagonal(conditions.masses))
     names = tuple(name.removeprefix(reference.prefix) for name in truth.tree.speed_names)
-    scale = "the largest √M_ll |v_l|, each entry times √M_ll"
-    rows = [make.row("Δv", "m/s, rad/s", names, impact.dv, truth.dy, sizes.speed, scale, root)]
-    for name, ours, theirs, size in (
-        ("I", impact.generalized_impulse, truth.generalized_impulse, sizes.energy_norm),
-        ("P before", impact.momentum_before, truth.momentum_before, sizes.energy_norm),
-        ("P after", impact.momentum_after, truth.momentum_after, sizes.energy_norm),
+    found: list[_Quantity] = [
+        ("Δv", "m/s, rad/s", names, impact.dv, truth.dy, sizes.speed, _SPEEDS, root)
+    ]
+    norm = max(sizes.energy_norm, (2.0 * sizes.energy) ** 0.5)
+    for name, mine, theirs in (
+        ("I", impact.generalized_impulse, truth.generalized_impulse),
+        ("P before", impact.momentum_before, truth.momentum_before),
+        ("P after", impact.momentum_after, truth.momentum_after),
     ):
-        size = max(size, (2.0 * sizes.energy) ** 0.5)
-        rows.append(
-            make.row(name, "N s, N m s", names, ours, theirs, size, _ENERGY_METRIC, 1 / root)
-        )
-    return rows
-
-
-def _of_links(
-    make: _Maker, impact: Impact, reference: ReferenceRobot, truth: KaneImpact, sizes: Sizes
-) -> list[CheckRow]:
+        found.append((name, "N s, N m s", names, mine, theirs, norm, _MOMENTA, 1.0 / root))
     bodies = {name: truth.body(reference.own_link(name)) for name in impact.bodies}
-    jumps = impact.bodies.values()
-    linear = "the fastest mass centre, or rotation times the robot's reach"
-    angular = "the fastest mass centre over the robot's reach, or rotation"
-    return [
-        make.row(
-            "mass centres",
-            "m/s",
-            _with_axes(bodies),
-            [jump.dv_com for jump in jumps],
-            [_floats(velocity) for velocity, _ in bodies.values()],
-            sizes.velocity,
-            linear,
-        ),
-        make.row(
-            "rotations",
-            "rad/s",
-            _with_axes(bodies),
-            [jump.domega for jump in jumps],
-            [_floats(spin) for _, spin in bodies.values()],
-            sizes.velocity / sizes.reach,
-            angular,
-        ),
-    ]
-
-
-def _of_joints(
-    make: _Maker,
-    ours: Mapping[str, np.ndarray],
-    theirs: Mapping[str, np.ndarray],
-    sizes: Sizes,
-) -> list[CheckRow]:
-    names = _with_axes(theirs)
-    scale = "the largest impulse on or between links"
-    return [
-        make.row(
-            "joint impulses",
-            "N s",
-            names,
-            [ours[name][:3] for name in theirs],
-            [wrench[:3] for wrench in theirs.values()],
-            sizes.impulse,
-            scale,
-        ),
-        make.row(
-            "joint couples",
-            "N m s",
-            names,
-            [ours[name][3:] for name in theirs],
-            [wrench[3:] for wrench in theirs.values()],
-            sizes.impulse * sizes.reach,
-            f"{scale}, times the robot's reach",
-        ),
-    ]
+    axes, jumps, velocity = _with_axes(bodies), impact.bodies.values(), sizes.velocity
+    linear, angular = zip(*bodies.values(), strict=True) if bodies else ((), ())
+    ours = [jump.dv_com for jump in jumps], [jump.domega for jump in jumps]
+    found.append(("mass centres", "m/s", axes, ours[0], linear, velocity, _CENTRES, 1.0))
+    turning = velocity / sizes.reach
+    found.append(("rotations", "rad/s", axes, ours[1], angular, turning, _TURNS, 1.0))
+    energies = impact.energy.before, impact.energy.after
+    reached = truth.energy_before, truth.energy_after
+    scale = "the largest kinetic energy"
+    found.append(("energy", "J", ("before", "after"), energies, reached, sizes.energy, scale, 1.0))
+    return found
 
 
 def _of_constraints(
-    make: _Maker,
-    impact: Impact,
-    truth: KaneImpact,
-    demands: Rows,
-    conditions: Conditions,
-    sizes: Sizes,
-) -> list[CheckRow]:
+    impact: Impact, truth: KaneImpact, demands: Rows, conditions: Conditions, sizes: Sizes
+) -> list[_Quantity]:
     results = impact.constraints
     names = tuple(f"{result.name}.{row}" for result in results for row in result.rows)
     unique = [flag for result in results for flag in result.unique_rows]
@@ -323,31 +250,20 @@ def _of_constraints(
     lengths = np.where(weights > 0.0, weights, weights.max() or 1.0)
     wanted = _floats(demands.target)
     met = [i for i in range(len(names)) if i not in conditions.faint]
+    carried, speeds = tuple(names[i] for i in shown), tuple(names[i] for i in met)
+    after = (conditions.rows @ impact.v_after)[met]
+    impulse = max(largest, sizes.energy_norm)
+    speed = max(float((np.abs(wanted) / lengths).max()), sizes.energy_norm)
+    scale = "√(2 T), each entry {} √W_ii".format
     return [
-        make.row(
-            "constraint impulses",
-            "N s, N m s",
-            tuple(names[i] for i in shown),
-            ours[shown],
-            [theirs[i] for i in shown],
-            max(largest, sizes.energy_norm),
-            "√(2 T), each entry times √W_ii",
-            weights[shown],
-        ),
-        make.row(
-            "constraint velocities",
-            "m/s, rad/s",
-            tuple(names[i] for i in met),
-            (conditions.rows @ impact.v_after)[met],
-            wanted[met],
-            max(float((np.abs(wanted) / lengths).max()), sizes.energy_norm),
-            "√(2 T), each entry over √W_ii",
-            1.0 / lengths[met],
-        ),
-    ]
+        ("constraint impulses", "N s, N m s", carried, ours[shown], [theirs[i] for i in shown],
+         impulse, scale("times"), weights[shown]),
+        ("constraint velocities", "m/s, rad/s", speeds, after, wanted[met],
+         speed, scale("over"), 1.0 / lengths[met]),
+    ]  # fmt: skip
 
 
-def _with_axes(names: Mapping[str, Any]) -> tuple[str, ...]:
+def _with_axes(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"{name} {axis}" for name in names for axis in "xyz")
 
 

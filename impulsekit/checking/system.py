@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError, UrdfError
 from ..reference import Arithmetic, KaneSystem
-from ..reference.joint import COORDINATES, SPEEDS, WORLD, Body, Joint
+from ..reference.joint import COORDINATES, SPEEDS, WORLD, Body, Joint, directions
 from ..reference.tree import ROOTS
 from ..robot.base import WORLD_LINK
 
@@ -108,44 +108,20 @@ class _Builder:
         mass, centre, moments = 0.0, np.zeros(3), np.zeros((3, 3))
         if inertia is not None:
             mass, centre, moments = inertia.mass, inertia.lever, inertia.inertia
-        array = self._array
-        self.bodies.append(
-            Body(
-                name, parent, joint, self.numbers.number(float(mass)), array(centre), array(moments)
-            )
-        )
+        weight, place = self.numbers.number(float(mass)), self._array(centre)
+        self.bodies.append(Body(name, parent, joint, weight, place, self._array(moments)))
         return len(self.bodies) - 1
 
     def _joint(self, name: str, kind: str, axis: Any, placement: tuple[Any, Any]) -> Joint:
-        one, none = self.numbers.eye(3), self.numbers.zeros(3, 3)
         along = self._array(axis)
         along = along / self.numbers.norm(along)
-        first_coordinate, first_speed = len(self.coordinates), len(self.speeds)
+        starts = len(self.coordinates), len(self.speeds)
         self.coordinates += [name + tail for tail in COORDINATES[kind]]
         self.speeds += [name + tail for tail in SPEEDS[kind]]
-        linear, angular = {
-            "fixed": (none[:0], none[:0]),
-            "revolute": (none[:1], along[None, :]),
-            "continuous": (none[:1], along[None, :]),
-            "prismatic": (along[None, :], none[:1]),
-            "planar": (np.vstack([one[:2], none[:1]]), np.vstack([none[:2], one[2:]])),
-            "spherical": (none, one),
-            "floating": (np.vstack([one, none]), np.vstack([none, one])),
-        }[kind]
-        return Joint(
-            name,
-            kind,
-            (self._array(placement[0]), self._array(placement[1])),
-            linear,
-            angular,
-            along,
-            kind,
-            first_coordinate,
-            first_speed,
-            "",
-            self.numbers.number(1),
-            self.numbers.number(0),
-        )
+        place = self._array(placement[0]), self._array(placement[1])
+        ways = directions(self.numbers, kind, along)
+        one, none = self.numbers.number(1), self.numbers.number(0)
+        return Joint(name, kind, place, *ways, along, *starts, one, none)
 
     def _array(self, values: Any) -> Any:
         flat = [self.numbers.number(float(value)) for value in np.ravel(values)]

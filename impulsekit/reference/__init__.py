@@ -1,11 +1,10 @@
 """The independent truth: Chang & Huston's method, equation by equation, in any precision.
 
-Nothing here knows Pinocchio. A URDF is read by yourdfpy, the bodies' motion and the impact
-equations are those of the paper, and the numbers are doubles, long doubles or of
-as many digits as are asked for.
+Nothing here knows Pinocchio. A URDF is read from its own text, the bodies' motion and the impact
+equations are those of the paper, and the numbers are doubles, long doubles or of as many digits
+as are asked for.
 
-    urdf ─► reading ─► tree ─► kinematics ─► kane ─► impact, system   the method of the paper
-                                               └─► freed              what joints carry
+    urdf ─► tree ─► kinematics ─► kane ─► system, impact    the method of the paper
 
 ``whittaker`` holds chains whose answers are exact fractions.
 """

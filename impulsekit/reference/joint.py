@@ -23,6 +23,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from impulsekit.reference import rotation
 from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
 
@@ -112,16 +114,17 @@ class Joint:
     linear: Array
     angular: Array
     axis: Array
-    coordinate_kind: str
     first_coordinate: int
     first_speed: int
-    mimics: str
     multiplier: Any
     offset: Any
+    mimics: str = ""
+    coordinate_kind: str = ""
     armature: Array | None = None
 
     def __post_init__(self) -> None:
         read_only(*self.placement, self.linear, self.angular, self.axis)
+        object.__setattr__(self, "coordinate_kind", self.coordinate_kind or self.kind)
 
     @property
     def speeds(self) -> slice:
@@ -133,6 +136,22 @@ class Joint:
         """The places of its coordinates in q."""
         length = len(COORDINATES[self.coordinate_kind])
         return slice(self.first_coordinate, self.first_coordinate + length)
+
+
+def directions(numbers: Arithmetic, kind: str, axis: Array) -> tuple[Array, Array]:
+    """Return the linear and angular parts (d, 3) of a joint's speeds; see ``Joint``."""
+    one, none = numbers.eye(3), numbers.zeros(3, 3)
+    rate = axis[None, :]
+    linear, angular = {
+        "fixed": (none[:0], none[:0]),
+        "revolute": (none[:1], rate),
+        "continuous": (none[:1], rate),
+        "prismatic": (rate, none[:1]),
+        "planar": (np.vstack([one[:2], none[:1]]), np.vstack([none[:2], one[2:]])),
+        "spherical": (none, one),
+        "floating": (np.vstack([one, none]), np.vstack([none, one])),
+    }[kind]
+    return linear.copy(), angular.copy()
 
 
 def joint_coordinate(joint: Joint, q: Array, arithmetic: Arithmetic) -> Any:

@@ -19,12 +19,7 @@ from impulsekit.reference.arithmetic import Array, closed
 from impulsekit.reference.impact import KaneImpact
 from impulsekit.reference.kinematics import Kinematics, kinematics, partial_rates
 from impulsekit.reference.loads import JointSpring, Load, PointSpring
-from impulsekit.reference.rows import (
-    Rows,
-    angular_velocity_rows,
-    point_velocity_rows,
-    speed_rows,
-)
+from impulsekit.reference.rows import Rows, point_velocity_rows
 from impulsekit.reference.tree import Tree
 
 
@@ -43,21 +38,13 @@ class KaneSystem(Tree):
         (array([0., 3., 0.]), array([0., 0., 6.]))
     """
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the generalized speeds."""
-        return self.speed_names
-
     def kinematics(self, q: Any) -> Kinematics:
         """ω_klm, v_klm and all else that depends on the configuration alone."""
-        return self._kinematics_of(self.configuration(q))
-
-    def _kinematics_of(self, q: Array) -> Kinematics:
-        return kinematics(self, q)
+        return kinematics(self, self.configuration(q))
 
     @cached_property
     def _on_singular(self) -> Any:
-        return kane.singular_at(self.names)
+        return kane.singular_at(self.speed_names)
 
     # -- impact ------------------------------------------------------------------
 
@@ -71,7 +58,7 @@ class KaneSystem(Tree):
         """(n,) I_l of known impulses (eq. 18); arguments are those of :meth:`impact`."""
         at = self.kinematics(q)
         outside = kane.generalized_impulse(at, *loads.at_mass_centres(self, at, impulses))
-        own = self.in_joints(joint_impulses)
+        own = loads.in_joints(self, joint_impulses)
         return closed(outside + loads.on_speeds(self, own))
 
     def impact(
@@ -99,9 +86,14 @@ class KaneSystem(Tree):
         tree, numbers = self, self.arithmetic
         before = tree.speeds(y)
         at = self.kinematics(q)
-        demands = Rows.none(tree) if rows is None else self.checked_rows(rows)
+        demands = Rows.none(tree) if rows is None else rows
+        wanted = (len(demands), len(self.bodies), 3)
+        if demands.linear.shape != wanted or demands.speeds.shape != (len(demands), self.n):
+            raise ShapeError.of(
+                "constraint rows", wanted, demands.linear.shape, "of another system"
+            )
         forces, couples = loads.at_mass_centres(tree, at, impulses)
-        own = self.in_joints(joint_impulses)
+        own = loads.in_joints(self, joint_impulses)
         known = kane.generalized_impulse(at, forces, couples) + loads.on_speeds(tree, own)
         masses = kane.generalized_masses(at)
         dy = kane.solve_for_speeds(numbers, masses, known, self._on_singular)
@@ -165,20 +157,6 @@ class KaneSystem(Tree):
         where = self.kinematics(q)
         return point_velocity_rows(self, where, link, other, at, other_at, directions, target)
 
-    def rows_of_turning(
-        self, link: str, other: str = "world", directions: Any = None, target: Any = None
-    ) -> Rows:
-        """Rows on the angular velocity of ``link`` against ``other``, world directions."""
-        return angular_velocity_rows(self, link, other, directions, target)
-
-    def rows_on_speeds(self, matrix: Any, target: Any = None) -> Rows:
-        """Rows matrix (r, n) @ y = target (r,) on the generalized speeds themselves."""
-        return speed_rows(self, matrix, target)
-
-    def stack(self, *rows: Rows) -> Rows:
-        """All rows of several sets."""
-        return Rows.stack(self, rows)
-
     # -- motion --------------------------------------------------------------------
 
     def generalized_active_force(
@@ -192,7 +170,7 @@ class KaneSystem(Tree):
     ) -> Array:
         """(n,) F_l (eqs. 7-10); arguments are those of :meth:`accelerations`."""
         checked = self.configuration(q)
-        at = self._kinematics_of(checked)
+        at = kinematics(self, checked)
         speeds = self.speeds(y)
         return closed(
             loads.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
@@ -217,25 +195,9 @@ class KaneSystem(Tree):
             springs: in joints, and between points.
         """
         checked, speeds = self.configuration(q), self.speeds(y)
-        at = self._kinematics_of(checked)
+        at = kinematics(self, checked)
         active = loads.active(self, checked, at, speeds, gravity, forces, joint_torques, springs)
         rates = partial_rates(self, at, speeds)
         return closed(
             kane.accelerations(self.arithmetic, at, rates, speeds, active, self._on_singular)
         )
-
-    # -- what is given -----------------------------------------------------------------
-
-    def checked_rows(self, rows: Rows) -> Rows:
-        """The rows given, if they belong to this system."""
-        wanted = (len(rows), len(self.bodies), 3)
-        if rows.linear.shape != wanted or rows.speeds.shape != (len(rows), self.n):
-            raise ShapeError.of("constraint rows", wanted, rows.linear.shape, "of another system")
-        return rows
-
-    def in_joints(self, given: Mapping[str, Any] | None) -> dict[str, Array]:
-        """Forces inside each joint along its own speeds, by name: zeros unless given.
-
-        A joint that mimics another may have an impulse or torque of its own as well.
-        """
-        return loads.in_joints(self, given)

@@ -16,9 +16,9 @@ from typing import Any, Self
 from impulsekit.errors import RangeError, ShapeError, StateError, UnknownNameError
 from impulsekit.reference.arithmetic import Arithmetic, Array
 from impulsekit.reference.joint import COORDINATES, UNIT_TOLERANCE, WORLD, Bodies, Body, Joint
-from impulsekit.reference.reading import bodies_of_urdf
+from impulsekit.reference.urdf import ROOT_KINDS, bodies_of_urdf
 
-ROOTS = ("fixed", "planar", "freeflyer")
+ROOTS = tuple(ROOT_KINDS)
 
 
 @dataclass(frozen=True, eq=False)

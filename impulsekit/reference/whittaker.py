@@ -34,7 +34,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
-from numbers import Rational
+from numbers import Integral
 from typing import SupportsIndex, TypeAlias
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError
@@ -180,26 +180,11 @@ def _positive(what: str, value: Number) -> Fraction:
 
 
 def _exact(what: str, value: Number) -> Fraction:
-    """``value`` as the Fraction that it is."""
-    if isinstance(value, str):
-        value = _read(what, value)
-    if isinstance(value, Rational):
+    """Return ``value`` as the Fraction that it is."""
+    try:
         # int(): a fixed-width integer of an array library would overflow unseen.
-        return Fraction(int(value.numerator), int(value.denominator))
-    try:
-        return Fraction(*value.as_integer_ratio())
-    except AttributeError:
+        return Fraction(int(value) if isinstance(value, Integral) else value)
+    except (OverflowError, ValueError, TypeError, ZeroDivisionError):
+        if str(value).strip("+-").lower() in ("nan", "inf", "infinity"):
+            raise NotFiniteError.of("the struck chain", what, value) from None
         raise InputError(f"{what} must be a number, got {value!r}") from None
-    except (OverflowError, ValueError):
-        raise NotFiniteError.of("the struck chain", what, value) from None
-
-
-def _read(what: str, text: str) -> Fraction | float:
-    try:
-        return Fraction(text)
-    except (ValueError, ZeroDivisionError):
-        pass
-    try:
-        return float(text)  # "nan" and "inf", which no Fraction can be
-    except ValueError:
-        raise InputError(f"{what} must be a number, got {text!r}") from None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit.reference.urdf import read_urdf
+from impulsekit.reference import Tree
 
 from ..close import close
 from ..motion.models import particle
@@ -133,9 +133,9 @@ def test_mimic_joints_as_couplings(name):
     free = ik.Robot.from_example(name)
     tied = ik.Robot.from_example(name, mimic=True)
     follows = {
-        item.name: (item.mimics, float(item.multiplier))
-        for item in read_urdf(free.parts[0].urdf).joints.values()
-        if item.mimics
+        item.joint.name: (item.joint.mimics, item.joint.multiplier)
+        for item in Tree.from_urdf(free.parts[0].urdf, mimic=True).bodies
+        if item.joint.mimics
     }
     couplings = [ik.JointCoupling(joint, *leader) for joint, leader in follows.items()]
     assert couplings

@@ -8,7 +8,8 @@ import pytest
 import impulsekit as ik
 from benchmarks.truths.maximal import impact_of_free_bodies
 from impulsekit.errors import ContradictionError, SingularMassError
-from impulsekit.reference import KaneSystem, Load
+from impulsekit.reference import KaneSystem, Load, Rows
+from impulsekit.reference.rows import angular_velocity_rows
 
 from ..close import close
 from ..reference.models import FOUR_BAR, four_bar_pose, joint, link, robot
@@ -49,8 +50,8 @@ def closing_rows(system, q, anchors):
         axes = at.rotations[first].T if isinstance(anchor, ik.FrameAnchor) else np.eye(3)
         rows.append(system.rows_at_point(q, anchor.frame, anchor.other, anchor.at, other_at, axes))
         if isinstance(anchor, ik.FrameAnchor):
-            rows.append(system.rows_of_turning(anchor.frame, anchor.other, axes[:2]))
-    return system.stack(*rows)
+            rows.append(angular_velocity_rows(system, anchor.frame, anchor.other, axes[:2]))
+    return Rows.stack(system, rows)
 
 
 CASES = {

@@ -67,8 +67,8 @@ for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpm
     both = KaneSystem.combine({"ball": ([0, 0, 1], arithmetic.eye(3))}, bars=bars, ball=ball)
     q, y = both.neutral(), [0.5] * both.n
     blow = Load("ball/rod", linear=(1, 2, 3), at=(0.1, 0, 0))
-    rows = both.stack(both.rows_at_point(q, "bars/coupler", "bars/rocker", at=(0.8, 0, 0),
-                                         other_at=(0.5, 0, 0), directions=[[1, 0, 0]]))
+    rows = both.rows_at_point(q, "bars/coupler", "bars/rocker", at=(0.8, 0, 0),
+                              other_at=(0.5, 0, 0), directions=[[1, 0, 0]])
     impact = both.impact(q, y, [blow], {"bars/crank_pin": 0.2}, rows)
     third = impact_of_free_bodies(both, q, y, [blow], {"bars/crank_pin": 0.2}, rows)
     error = max(abs(impact.dy - third.dy))

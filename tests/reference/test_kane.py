@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from impulsekit.errors import ContradictionError
-from impulsekit.reference import Arithmetic, JointSpring, KaneSystem, Load, PointSpring
+from impulsekit.reference import Arithmetic, JointSpring, KaneSystem, Load, PointSpring, Rows
 from impulsekit.reference.whittaker import struck_chain, struck_pendulum
 
 from .models import (
@@ -194,7 +194,7 @@ def test_rows_that_contradict_each_other_are_named(numbers):
         system.rows_at_point(q, "rod_2", target=[1] * 3),
     )
     with pytest.raises(ContradictionError, match="point of rod_2 against world"):
-        system.impact(q, y, rows=system.stack(still, moving))
+        system.impact(q, y, rows=Rows.stack(system, [still, moving]))
     # Out of the plane nothing can move: a demand that it stay is met, one that it go is not.
     assert abs(system.impact(q, y, rows=still).body("rod_2")[0][2]) < 1e-15
     out = system.rows_at_point(q, "rod_2", directions=[[0, 0, 1]], target=[1])

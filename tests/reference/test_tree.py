@@ -108,7 +108,10 @@ def test_parts_in_one_world_keep_their_own_answers():
     ball = KaneSystem.from_urdf(robot(link("ball", "0.3", ".1 0 0")), "freeflyer")
     quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     both = KaneSystem.combine({"arm": ([1, 2, 3], quarter)}, arm=arm, ball=ball)
-    assert both.names == (*(f"arm/{n}" for n in arm.names), *(f"ball/{n}" for n in ball.names))
+    assert both.speed_names == (
+        *(f"arm/{n}" for n in arm.speed_names),
+        *(f"ball/{n}" for n in ball.speed_names),
+    )
     q = np.concatenate([[0.3, 0.1, -0.2], ball.neutral()])
     masses = both.generalized_masses(q)
     assert masses[:3, :3] == pytest.approx(arm.generalized_masses(q[:3]), abs=1e-15)
