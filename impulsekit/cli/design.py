@@ -153,7 +153,11 @@ def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:
         "impacts": count,
         "level": level,
         "parameters": {
-            name: {"value": value, "sigma": sigma, "interval": ends}
+            name: {
+                "value": value if math.isfinite(sigma) else None,
+                "sigma": sigma,
+                "interval": ends,
+            }
             for name, value, sigma, ends in own
         },
         "noise": found.noise,
@@ -176,10 +180,10 @@ def _as_text(found: Fit, count: int, level: float) -> str:
     for name, value, (low, high) in zip(
         found.names, found.values.tolist(), found.intervals(level).tolist(), strict=True
     ):
-        interval = f"{low:.5g} to {high:.5g}"
-        if not math.isfinite(high - low):
-            interval = "not seen"
-        lines.append(f"{name:{width}}   {value:10.5g}   {interval:>23}")
+        known = math.isfinite(high - low)
+        interval = f"{low:.5g} to {high:.5g}" if known else "not determined"
+        text = f"{value:.5g}" if known else "-"
+        lines.append(f"{name:{width}}   {text:>10}   {interval:>23}")
     lines.append("")
     if not found.sigma_given:
         lines.append(f"noise of a speed, from the residuals: {found.noise:.3g} (m/s, rad/s)")

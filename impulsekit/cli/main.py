@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import itertools
+import re
 import warnings
 from collections.abc import Sequence
 from typing import Any
@@ -97,12 +98,21 @@ def _message(error: ImpulsekitError | OSError) -> str:
     return f"{shown(str(error.filename), 200)}: {reason_of(error)}"
 
 
+# Functions in Python that a command stands for: their names say nothing to its user.
+_FUNCTIONS = re.compile(r"(fit_impacts|fit_motion|find_impacts|calibrate|compare_laws|identify): ")
+_OF_FORMAT = re.compile(r" (in|of) the RecordingFormat('s topics)?")
+
+
 def _by_option(message: str, options: Sequence[click.Parameter]) -> str:
-    """A message that begins with the name of an argument in Python with that of its option."""
+    """Return a message of Python in the words of a command: options in place of arguments."""
+    message = _OF_FORMAT.sub("", _FUNCTIONS.sub("", message, count=1))
     for option in options:
-        name = option.name or ""
+        name, flag = option.name or "", option.opts[0]
+        if not flag.startswith("--"):
+            continue
+        message = re.sub(rf'\b{re.escape(name)}="(\w+)"', rf"{flag} \1", message)
         if name and message.startswith((f"{name} ", f"{name}[", f"{name}:")):
-            return option.opts[0] + message.removeprefix(name)
+            message = flag + message.removeprefix(name)
     return message
 
 

@@ -191,15 +191,24 @@ class Calibration(OneLine):
 
     def __str__(self) -> str:
         lines = [f"from {self.flights} flights and {self.rests} rests"]
+        unknown = []
         for name, axes, factor, unit in _ROWS:
             values, deviations = getattr(self, name), self.sigma[name]
             if values is None:
                 continue
+            if not np.isfinite(deviations).any():
+                unknown.append(name.replace("_", " "))
+                continue
             own = zip(axes or ("",), np.atleast_1d(values), np.atleast_1d(deviations), strict=True)
             for axis, value, deviation in own:
-                title = f"{name.replace('_', ' ')} {axis}"
-                text = f"{value * factor:10.4g} ± {deviation * factor:.2g} {unit}".rstrip()
-                lines.append(f"{title:16} {text if np.isfinite(deviation) else 'not determined'}")
+                title = f"{name.replace('_', ' ')} {axis}".strip()
+                if np.isfinite(deviation):
+                    text = f"{value * factor:10.4g} ± {deviation * factor:.2g} {unit}".rstrip()
+                    lines.append(f"{title:16} {text}")
+                else:
+                    unknown.append(title)
+        if unknown:
+            lines.append(f"not determined: {', '.join(unknown)}")
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
 

@@ -287,7 +287,8 @@ class _Reader:
             if order is None:
                 raise InputError(
                     f"{self.where}: the order of the quaternion is not stated; call the column "
-                    'quaternion_xyzw or quaternion_wxyz, or give quaternion="xyzw" or "wxyz" in '
+                    'quaternion_xyzw or quaternion_wxyz, or give quaternion="xyzw" or '
+                    'quaternion="wxyz" in '
                     "the RecordingFormat"
                 )
             found.append(own if order == "xyzw" else own[:, [1, 2, 3, 0]])

@@ -16,7 +16,7 @@ from .active_contacts import ClosingContacts
 from .flight import Flight
 from .found_impacts import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
-from .quaternion_order import check_order_by_balance, check_quaternion_order, quaternions_of
+from .quaternion_order import check_quaternion_order
 from .recording import Recording, as_recordings
 from .recording_checks import check_steps, checked_velocities
 from .segments import (
@@ -82,8 +82,7 @@ def find_impacts(
 
     Raises:
         InputError: no recording, another robot, samples too few to estimate their noise; lengths
-            in mm or cm, by free fall; quaternions in the other order, by contacts under the floor
-            or jumps that balance momentum in the other order alone.
+            in mm or cm, by free fall; quaternions in the other order, by contacts under the floor.
         RangeError, ShapeError: what is wrong with ``sigma``, ``near`` or the times of samples.
 
     Example:
@@ -100,7 +99,7 @@ def find_impacts(
     several = as_recordings(recordings, "find_impacts")
     _check(several, scene, near)
     nv = scene.robot.nv
-    is_known = _check_readings(several, scene)
+    _check_readings(several, scene)
     noise = _given_sigma(sigma, several, nv)
     flight, notes = Flight(scene), list[str]()
     if noise is None:
@@ -111,13 +110,7 @@ def find_impacts(
             )
         noise = estimated[0]
     detector = _Detector(flight, ClosingContacts(scene), noise, near)
-    by_recording, phases, outliers = detector.of_all(several)
-    impacts = [impact for own in by_recording for impact in own]
-    if impacts and not is_known:
-        words = check_order_by_balance(
-            by_recording, several, lambda own: detector.of_all(own)[0], "find_impacts"
-        )
-        notes += [words] if words else []
+    impacts, phases, outliers = detector.of_all(several)
     impacts, merged = _off_their_contacts(detector.closing, impacts)
     if merged:
         notes.append(
@@ -152,16 +145,16 @@ class _Detector:
 
     def of_all(
         self, several: Sequence[Recording]
-    ) -> tuple[list[list[FoundImpact]], list[tuple[str, float, float]], list[tuple[str, float]]]:
-        """Impacts by recording, and phases and outliers of all."""
-        impacts: list[list[FoundImpact]] = []
+    ) -> tuple[list[FoundImpact], list[tuple[str, float, float]], list[tuple[str, float]]]:
+        """Return impacts, phases and outliers of all recordings."""
+        impacts: list[FoundImpact] = []
         phases: list[tuple[str, float, float]] = []
         outliers: list[tuple[str, float]] = []
         for recording in several:
             cut = find_segments(self.flight, recording.t, recording.q, self.sigma)
             outliers += [(recording.name, float(recording.t[k])) for k in cut.outliers]
             own_impacts, own_phases = self._of_one(recording, cut)
-            impacts.append(own_impacts)
+            impacts += own_impacts
             phases += own_phases
         return impacts, phases, outliers
 
@@ -308,26 +301,19 @@ def _check(several: list[Any], scene: Any, near: float) -> None:
         raise RangeError.of("find_impacts: near", near, "above 0 m")
 
 
-def _check_readings(several: list[Recording], scene: Scene) -> bool:
-    """Check units of lengths and orders of quaternions, by what free bodies do.
-
-    Return whether the order of quaternions is known: by the floor, by velocities that agree with
-    their rates, or since there are none.
-    """
+def _check_readings(several: list[Recording], scene: Scene) -> None:
+    """Check units of lengths and orders of quaternions, by what free bodies do."""
     looked_at = several[:: max(1, len(several) // MOST_LOOKED_AT)]
-    measured, unlike = not quaternions_of(scene.robot), list[str]()
-    if all(each.v is not None for each in several):
-        for each in looked_at:
-            where = f"find_impacts: recording {each.name or 'given'}"
-            checked_velocities(each.robot, each.t, each.q, each.v, where, unlike)
-        measured = measured or not unlike
+    for each in looked_at:
+        where = f"find_impacts: recording {each.name or 'given'}"
+        checked_velocities(each.robot, each.t, each.q, each.v, where, [])
     if not has_one_free_body(scene.robot):
-        return measured
+        return
     gravity = np.array(scene.gravity)
     words = length_unit(looked_at, gravity) if gravity.any() else None
     if words is not None:
         raise InputError(f"find_impacts: {words}")
-    return check_quaternion_order(several, scene, "find_impacts") or measured
+    check_quaternion_order(several, scene, "find_impacts")
 
 
 def _given_sigma(sigma: Any, several: list[Recording], nv: int) -> np.ndarray | None:

@@ -15,6 +15,7 @@ from impulsekit.errors import ImpulsekitError, InputError
 from impulsekit.measured import fit_motion, identify
 from tests.measured.bodies import ball_scene, bouncing_ball
 
+BOUNCE = ("examples/one_bounce.csv", "examples/dropped_ball.toml")
 SIGMA = np.array([3e-4] * 3 + [3e-3] * 3)
 
 
@@ -66,6 +67,33 @@ def test_a_choice_that_cannot_be_is_refused_before_any_work(option, value):
     assert process_time() - start < 5.0
 
 
+@pytest.mark.parametrize(
+    ("header", "rest", "message"),
+    [
+        ("quaternion", "0", "give --quaternion xyzw or --quaternion wxyz"),
+        ("quaternion_xyzw", "nan", "--repair gaps leaves them out"),
+        ("quaternion_xyzw [mm]", "0", "state --length mm"),
+    ],
+)
+def test_errors_of_the_command_name_its_options(tmp_path, header, rest, message):
+    name, _, unit = header.partition(" ")
+    names = [
+        "t",
+        *(f"position.{c} {unit}".strip() for c in "xyz"),
+        *(f"{name}.{c}" for c in "xyzw"),
+    ]
+    rows = [",".join(names), "0,0,0,1,0,0,0,1", f"0.1,{rest},0,0.9,0,0,0,1"]
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    done = run("identify", tmp_path / "a.csv", BOUNCE[1])
+    assert done.exit_code == 2 and message in done.stderr
+    assert not re.search(r"RecordingFormat|repair=|quaternion=|length=", done.stderr)
+
+
+def test_an_unknown_contact_is_no_matter_of_a_function():
+    done = run("identify", *BOUNCE, "--restitution", "nope")
+    assert done.stderr.startswith('error: unknown contact "nope"; choose "floor"')
+
+
 def test_contacts_that_share_a_coefficient(balls):
     scene, _ = balls
     pair = ik.Scene(
@@ -110,9 +138,6 @@ def test_what_identify_cannot_take_is_said(balls):
         InputError, match=r'takes a list of contacts, got "floor"; give \["floor"\]'
     ):
         fit_motion(recordings, scene, friction="floor")
-
-
-BOUNCE = ("examples/one_bounce.csv", "examples/dropped_ball.toml")
 
 
 def test_one_bounce_of_one_recording_gives_a_restitution():

@@ -9,8 +9,7 @@ import pytest
 import impulsekit as ik
 from impulsekit.errors import InputError
 from impulsekit.measured import Recording, calibrate, find_impacts
-from impulsekit.measured.quaternion_order import ORDER_UNKNOWN
-from tests.measured.bodies import ball_scene, bouncing_ball, noisy
+from tests.measured.bodies import ball_scene, bouncing_ball
 
 SCENE = ik.load_scene("examples/cube_tosses.toml").scene
 TOSSES = [
@@ -29,35 +28,6 @@ def test_quaternions_in_the_other_order_are_told_by_the_floor(ask, order):
         wrong.append(replace(each, q=q))
     with pytest.raises(InputError, match=f"{ask.__name__}: .*the other one, xyzw or wxyz"):
         ask(wrong, SCENE)
-
-
-SIGMA = np.tile([1e-4] * 3 + [1e-3] * 3, 2)
-
-
-def two_cubes(count):
-    """Motions of two cubes, of which one is thrown: a floor under one of several tells nothing."""
-    robot = ik.combine(thrown=SCENE.robot, other=SCENE.robot)
-    contacts = [replace(each, frame=f"thrown/{each.frame}") for each in SCENE.contacts]
-    scene = ik.Scene(robot, contacts=contacts, gravity=SCENE.gravity)
-    rng, found = np.random.default_rng(0), []
-    for _ in range(count):
-        q = np.array([0, 0, 0.25, 0, 0, 0, 1, 1, 0, 2, 0, 0, 0, 1.0])
-        q[3:7], q[10:] = (pin.Quaternion(pin.exp3(rng.normal(size=3))).coeffs() for _ in "ab")
-        v = np.concatenate([[0, 0, -1], 6 * rng.normal(size=3), 3 * rng.normal(size=6)])
-        motion = ik.simulate(scene, q, v, duration=0.35, samples=106, capture_speed=0.02)
-        found.append(Recording(robot, motion.t, noisy(robot.model, motion.q, SIGMA, rng)))
-    return scene, found
-
-
-@pytest.mark.slow
-def test_without_a_floor_the_balance_of_momentum_tells_the_order_of_quaternions():
-    scene, throws = two_cubes(5)
-    assert ORDER_UNKNOWN not in find_impacts(throws, scene, sigma=SIGMA).notes
-    assert ORDER_UNKNOWN in find_impacts(throws[:1], scene, sigma=SIGMA).notes
-    order = [0, 1, 2, 4, 5, 6, 3, 7, 8, 9, 11, 12, 13, 10]
-    wrong = [replace(each, q=each.q[:, order]) for each in throws]
-    with pytest.raises(InputError, match=r"jumps balance momentum worse.*xyzw or wxyz"):
-        find_impacts(wrong, scene, sigma=SIGMA)
 
 
 def test_velocities_given_to_a_recording_tell_the_order_too():
