@@ -30,10 +30,10 @@ from .motion.maps.sensitivity import sensitivity as sensitivity
 from .motion.simulation import Simulation as Simulation
 from .robot import Robot as Robot
 from .robot.combine import combine as combine
-from .robot.mujoco_states import mujoco_state as mujoco_state
-from .robot.mujoco_states import set_mujoco_state as set_mujoco_state
+from .robot.mjcf_shapes import mujoco_state as mujoco_state
+from .robot.mjcf_shapes import set_mujoco_state as set_mujoco_state
 from .robot.placing import place as place
-from .robot.poses import pose as pose
+from .robot.placing import pose as pose
 from .scene import PD as PD
 from .scene import Actuator as Actuator
 from .scene import AppliedForce as AppliedForce

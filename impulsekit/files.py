@@ -46,8 +46,12 @@ LARGEST_TEXT = 100_000_000
 _KEPT_OF_NAME = 40
 
 
-def reason_of(error: OSError) -> str:
-    """Why the system refused, in words."""
+def reason_of(error: OSError | ValueError) -> str:
+    """Return why a file cannot be read or written, in words."""
+    if isinstance(error, UnicodeDecodeError):
+        return "the file is not UTF-8 text"
+    if isinstance(error, ValueError):
+        return "a path has no NUL character in it"
     return _REASONS.get(type(error)) or error.strerror or str(error)
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from ..robot import Robot
-    from ..robot.links import Link
+    from ..robot.masses import Link
     from ..robot.source import RobotPart
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

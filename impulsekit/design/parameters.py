@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, UnknownNameError, quoted, shown
-from ..robot.changes import with_masses
+from ..robot.robot import with_masses
 from ..scene import JointStop, RestitutionTable, Rope, Scene
 
 if TYPE_CHECKING:

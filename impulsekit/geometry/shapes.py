@@ -46,10 +46,10 @@ def _kept_shape(robot: Robot, index: int, piece: Any) -> Shape:
     if not isinstance(piece.geometry, coal.BVHModelBase):
         return shape_of(piece.geometry, piece.placement)
     read = np.array(piece.geometry.vertices()), place_numbers(piece.placement)
-    kept = robot.kept_hulls.get(index)
+    kept = robot._hulls.get(index)
     # A mesh that was changed since then is another one.
     if kept is None or not all(map(np.array_equal, kept[0], read)):
-        kept = robot.kept_hulls[index] = read, shape_of(piece.geometry, piece.placement)
+        kept = robot._hulls[index] = read, shape_of(piece.geometry, piece.placement)
     return kept[1]
 
 

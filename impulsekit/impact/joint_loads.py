@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pinocchio as pin
 
 from ..display import Displayed
 from ..errors import InputError
@@ -73,7 +74,7 @@ def joint_loads(impact: Answer, reactions: Mapping[str, np.ndarray]) -> dict[str
     """By joint name, its reaction in an impact in the joint's own axes."""
     robot = impact.scene.robot
     posture = Posture(robot, impact.q)
-    fixed = {frame.name: frame for frame in robot.model.frames if robot.has_fixed_joint(frame.name)}
+    fixed = {f.name: f for f in robot.model.frames if f.type == pin.FrameType.FIXED_JOINT}
     loads = {}
     for name, wrench in reactions.items():
         axis = None

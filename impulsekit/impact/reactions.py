@@ -18,7 +18,7 @@ from ..robot.arrays import lock
 from .forces import BodyImpulse, body_impulses
 
 if TYPE_CHECKING:
-    from ..robot.links import Link
+    from ..robot.masses import Link
     from .touched import TouchedAnswer
 
 __all__ = ["joint_reactions", "transmitted"]

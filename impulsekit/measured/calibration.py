@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
-from ..robot.changes import with_masses
+from ..robot.robot import with_masses
 from ..scene import Scene
 from .flight import Flight
 from .floor import fitted_floor

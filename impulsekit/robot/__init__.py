@@ -1,7 +1,7 @@
 """Robots: a Pinocchio model with its names, its root, its states and, on demand, its geometry.
 
-Only ``Robot`` itself is imported here; ``combine``, the example robots, links and
-geometry are modules of their own, loaded when first used.
+Only ``Robot`` itself is imported here; ``combine``, the example robots and geometry are
+modules of their own, loaded when first used.
 """
 
 from .robot import Robot

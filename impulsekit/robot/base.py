@@ -13,9 +13,10 @@ from ..errors import InputError, UnknownNameError
 from .source import RobotPart
 
 if TYPE_CHECKING:
-    from .links import Link
-    from .masses import Massless
-    from .srdf import Srdf
+    from .masses import Link, Massless
+    from .mjcf_shapes import TouchingPair
+    from .source import Loop
+    from .urdf import Srdf
 
 WORLD = "world"
 # What scenes call a moving link that its file calls "world", which is the fixed frame here.
@@ -25,13 +26,18 @@ WORLD_LINK = "world_link"
 class RobotBase(Displayed):
     """The model, the sources it was made from, and the names of a robot."""
 
-    # ``Robot`` reads it on first access.
+    # ``RobotStates`` reads it on first access.
     collision_model: pin.GeometryModel
 
     def __init__(self, model: pin.Model, parts: Iterable[RobotPart], name: str) -> None:
         self.model = model
         self.parts = tuple(parts)
         self.name = name
+        # By index in ``collision_model``, corners and hulls of the meshes asked for so far; by
+        # name, what ``geometry_ids`` found; coal's readers of the meshes of ``visual_model``.
+        self._hulls: dict[int, Any] = {}
+        self._geometry_ids: dict[str, tuple[tuple[int, ...], int]] = {}
+        self._mesh_loaders: list[Any] = []
 
     @property
     def nq(self) -> int:
@@ -56,7 +62,7 @@ class RobotBase(Displayed):
     @cached_property
     def links(self) -> tuple[Link, ...]:
         """Every link of the URDF, links behind fixed joints too, with its own mass centre."""
-        from .links import links_of
+        from .masses import links_of
 
         return links_of(self.model, self.parts)
 
@@ -65,10 +71,25 @@ class RobotBase(Displayed):
         """The names of ``links``, in the order of the model's frames."""
         return tuple(link.name for link in self.links)
 
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """Sentences on all that was assumed where the robot's file leaves something open."""
+        return tuple(sentence for part in self.parts for sentence in part.assumptions)
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The equality constraints of the robot's file, names as in the robot."""
+        return tuple(loop.within(part.prefix) for part in self.parts for loop in part.loops)
+
+    @property
+    def touching_pairs(self) -> tuple[TouchingPair, ...]:
+        """The pairs of geoms that may touch by the robot's file, and their friction."""
+        return tuple(pair.within(part.prefix) for part in self.parts for pair in part.pairs)
+
     @cached_property
-    def srdfs(self) -> tuple[tuple[str, Srdf], ...]:
+    def _srdfs(self) -> tuple[tuple[str, Srdf], ...]:
         """What the SRDF of each part that has one says, behind the part's prefix."""
-        from .srdf import read_srdf
+        from .urdf import read_srdf
 
         return tuple((part.prefix, read_srdf(part.srdf)) for part in self.parts if part.srdf)
 
@@ -77,7 +98,7 @@ class RobotBase(Displayed):
         """The pairs of links whose collisions the robot's SRDF disables."""
         return frozenset(
             frozenset(prefix + name for name in pair)
-            for prefix, srdf in self.srdfs
+            for prefix, srdf in self._srdfs
             for pair in srdf.disabled
         )
 
@@ -85,21 +106,6 @@ class RobotBase(Displayed):
     def mass(self) -> float:
         """The mass of all that moves [kg]."""
         return float(pin.computeTotalMass(self.model))
-
-    @cached_property
-    def kept_hulls(self) -> dict[int, Any]:
-        """By index in ``collision_model``, corners and hulls of the meshes asked for so far."""
-        return {}
-
-    @cached_property
-    def kept_ids(self) -> dict[str, tuple[tuple[int, ...], int]]:
-        """By link or piece of geometry, what ``geometry_ids`` found of it."""
-        return {}
-
-    @cached_property
-    def kept_loaders(self) -> list[Any]:
-        """coal's readers of the meshes of ``visual_model``."""
-        return []
 
     @cached_property
     def massless_motions(self) -> tuple[Massless, ...]:
@@ -160,15 +166,11 @@ class RobotBase(Displayed):
         try:
             return self._joint_ids[name]
         except (KeyError, TypeError):
-            if isinstance(name, str) and self.has_fixed_joint(name):
+            frame = self._frame_ids.get(name, 0) if isinstance(name, str) else 0
+            if frame and self.model.frames[frame].type == pin.FrameType.FIXED_JOINT:
                 place = f"{where}: " if where else ""
                 raise InputError(f'{place}joint "{name}" is fixed, it has no motion') from None
             raise UnknownNameError.among("joint", str(name), self.joint_names, where) from None
-
-    def has_fixed_joint(self, name: str) -> bool:
-        """Return whether a joint of this name holds two links together without any motion."""
-        frame_id = self._frame_ids.get(name, 0)
-        return frame_id > 0 and self.model.frames[frame_id].type == pin.FrameType.FIXED_JOINT
 
     @cached_property
     def _frame_ids(self) -> dict[str, int]:
@@ -187,9 +189,9 @@ class RobotBase(Displayed):
     def _joint_ids(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.model.names) if i > 0}
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __reduce__(self) -> Any:
         # Cached geometry and tables are made again on the other side.
-        return {"model": self.model, "parts": self.parts, "name": self.name}
+        return type(self), (self.model, self.parts, self.name)
 
     def __repr__(self) -> str:
         roots = "/".join(dict.fromkeys(part.root for part in self.parts))

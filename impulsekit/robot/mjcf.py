@@ -14,9 +14,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import MissingExtraError, MjcfError, a_thing, shown
-from ..files import read_text_file, reason_of
 from .mjcf_shapes import pairs_of, rotation_of, shapes_of
 from .model_checks import root_joint
+from .robot_xml import content_of
 from .source import Loop
 
 
@@ -42,11 +42,7 @@ def read_mjcf(source: Any) -> tuple[Any, str | None]:
             element="",
         )
     path = os.fspath(source)
-    try:
-        read_text_file(path)
-    except (OSError, ValueError) as error:
-        reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
-        raise MjcfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
+    content_of(path, MjcfError)
     return _compiled(lambda: mujoco.MjModel.from_xml_path(path), path), os.path.abspath(path)
 
 

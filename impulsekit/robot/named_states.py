@@ -4,26 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, warn_of_setup
+from ..errors import InputError, quoted, warn_of_setup
+from . import state
 from .arrays import array_of, read_only
 from .base import RobotBase
+from .placing import FrameVelocity, Placement, Posture
+from .state import likely_degrees, likely_wxyz, outside_limits
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from .placing import FrameVelocity, Placement
 
 # Stands for "root_joint" where its velocity is given in world axes.
 ROOT_WORLD = "root_world"
 
 
 class RobotStates(RobotBase):
-    """Configurations, velocities, placements."""
+    """Geometry, configurations, velocities and placements."""
+
+    @cached_property
+    def collision_model(self) -> pin.GeometryModel:
+        """The collision geometry, read on first access."""
+        from .geometry import geometry_of
+
+        return geometry_of(self, pin.GeometryType.COLLISION)
+
+    @cached_property
+    def visual_model(self) -> pin.GeometryModel:
+        """The visual geometry, read on first access."""
+        from .geometry import geometry_of
+
+        return geometry_of(self, pin.GeometryType.VISUAL)
 
     def neutral(self) -> np.ndarray:
         """(nq,) Pinocchio's neutral configuration."""
@@ -41,10 +56,8 @@ class RobotStates(RobotBase):
             >>> talos.poses["half_sitting"][2]
             np.float64(1.01927)
         """
-        from . import state
-
         found = {}
-        for prefix, srdf in self.srdfs:
+        for prefix, srdf in self._srdfs:
             for name, values in srdf.poses.items():
                 joints = {
                     prefix + joint: value
@@ -77,9 +90,6 @@ class RobotStates(RobotBase):
             SetupWarning: a named joint is outside its limits, or reads like degrees or like a
                 quaternion w, x, y, z.
         """
-        from . import state
-        from .state import likely_degrees, likely_wxyz, outside_limits
-
         values = {**(by_name or {}), **joints}
         q = state.configuration(self.model, values)
         sentences = [*outside_limits(self, q, values), *likely_degrees(self, values)]
@@ -110,8 +120,6 @@ class RobotStates(RobotBase):
             >>> robot.velocity(root_world=[1, 0, 0, 0, 0, 0], q=q)[:3].round(6)
             array([ 0., -1.,  0.])
         """
-        from . import state
-
         values = {**(by_name or {}), **joints}
         for name in [name for name in values if name.rpartition("/")[2] == ROOT_WORLD]:
             if name not in self._joint_ids:
@@ -121,8 +129,6 @@ class RobotStates(RobotBase):
 
     def _in_root(self, root: str, velocity: ArrayLike, q: ArrayLike | None) -> np.ndarray:
         """(6,) of a velocity in world axes what a free-flyer takes."""
-        from .placing import Posture
-
         joint_id = self.joint_id(root, "velocity")
         if q is None or self.model.joints[joint_id].shortname() != "JointModelFreeFlyer":
             raise InputError(f'velocity: {ROOT_WORLD} needs q= and a free-flyer called "{root}"')
@@ -149,9 +155,41 @@ class RobotStates(RobotBase):
             >>> box.stand(box.neutral())[2].round(6)
             np.float64(0.05)
         """
-        from .poses import stand
+        import coal
 
-        return stand(self, q, root)
+        posture, model = Posture(self, q), self.model
+        root_id = self._free_root(root)
+        objects = self.collision_model.geometryObjects
+        grounds = [item for item in objects if isinstance(item.geometry, coal.Halfspace)]
+        if not grounds:
+            raise InputError("stand: the robot has no ground; robot.with_ground() gives one")
+        carried = [item for item in objects if root_id in model.supports[item.parentJoint]]
+        if not carried:
+            raise InputError(f'stand: nothing on joint "{model.names[root_id]}" has geometry')
+        plane, to_ground = grounds[0].geometry, grounds[0].placement.inverse()
+        gap = min(
+            _gap(item.geometry, to_ground * posture.joint(item.parentJoint) * item.placement, plane)
+            for item in carried
+        )
+        q, start = posture.q, model.joints[root_id].idx_q
+        normal = grounds[0].placement.rotation @ np.array(plane.n)
+        q[start : start + 3] -= gap * (model.jointPlacements[root_id].rotation.T @ normal)
+        return q
+
+    def _free_root(self, name: str | None) -> int:
+        """The free-flyer on the world of this name, or the only one."""
+        model = self.model
+        free = [
+            i
+            for i, joint in enumerate(model.joints)
+            if joint.shortname() == "JointModelFreeFlyer" and model.parents[i] == 0
+        ]
+        if name is not None and self.joint_id(name, "stand") in free:
+            return self.joint_id(name)
+        if name is not None or len(free) != 1:
+            known = ", ".join(quoted(model.names[i]) for i in free) or "none"
+            raise InputError(f"stand: root must be one of the robot's free-flyers: {known}")
+        return free[0]
 
     def placement(self, q: ArrayLike, frame: str) -> Placement:
         """The placement of a frame at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
@@ -167,8 +205,6 @@ class RobotStates(RobotBase):
             >>> panda.placement(panda.neutral(), "panda_hand").position.round(3)[2]
             np.float64(0.926)
         """
-        from .placing import Posture
-
         return Posture(self, q).placement(frame)
 
     def velocity_of(
@@ -195,7 +231,18 @@ class RobotStates(RobotBase):
             >>> hand.linear.round(3).tolist(), hand.angular.round(3).tolist()
             ([0.0, 0.176, 0.0], [0.0, 0.0, 2.0])
         """
-        from .placing import Posture
-
         posture = Posture(self, q, v)
         return posture.velocity(frame, posture.placement(frame).point(at))
+
+
+def _gap(shape: Any, place: pin.SE3, plane: Any) -> float:
+    """How far a piece of geometry at a place is above a half-space [m], negative below."""
+    import coal
+
+    if isinstance(shape, coal.BVHModelBase):
+        corners = np.array(shape.vertices()) @ place.rotation.T + place.translation
+        return float((corners @ np.array(plane.n)).min()) - float(plane.d)
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    request.enable_signed_distance = True
+    at = coal.Transform3s(place.rotation, place.translation)
+    return float(coal.distance(shape, at, plane, coal.Transform3s(), request, result))

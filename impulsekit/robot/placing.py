@@ -1,4 +1,4 @@
-"""Placements and velocities of frames, and ``place``, which puts a part in place."""
+"""Placements and velocities of frames, poses of free bodies, and ``place``."""
 
 from __future__ import annotations
 
@@ -217,7 +217,12 @@ def place(
     posture = Posture(robot, q)
     target = posture.frame(at_frame)
     if rotation is not None:
-        turn = target.rotation @ _rotation(rotation) @ posture.frame(frame).rotation.T
+        form = "xyzw" if np.shape(rotation) == (4,) else "rotation"
+        turn = (
+            target.rotation
+            @ _rotation(form, rotation, "place: rotation", unit=True)
+            @ posture.frame(frame).rotation.T
+        )
         _turn_root(q, root, axes.T @ turn @ posture.joint(root_id).rotation, frame)
         posture = Posture(robot, q)
     shift = axes.T @ (target.act(at) - posture.frame(frame).act(point))
@@ -263,29 +268,69 @@ def _turn_root(q: np.ndarray, root: pin.JointModel, turn: np.ndarray, frame: str
         q[start + 2 : start + 4] = np.cos(angle), np.sin(angle)
 
 
-def _rotation(value: Any) -> np.ndarray:
-    """(3, 3) of a rotation matrix or of a quaternion x, y, z, w."""
-    what = "place: rotation"
-    if np.shape(value) == (4,):
-        x, y, z, w = array_of(value, (4,), what).tolist()
-        length = float(np.linalg.norm([x, y, z, w]))
-        if abs(length - 1.0) > OFF_ROTATION:
-            raise RangeError.of(f"{what}: length of the quaternion", length, "1")
-        return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
-    return rotation_from(value, what)
+def pose(
+    xyz: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    rpy: ArrayLike | None = None,
+    rotation_vector: ArrayLike | None = None,
+    wxyz: ArrayLike | None = None,
+    xyzw: ArrayLike | None = None,
+    rotation: ArrayLike | None = None,
+) -> pin.SE3:
+    """Return a pose for ``Robot.configuration`` from a point and a rotation in any one form.
 
-
-def rotation_from(value: Any, what: str) -> np.ndarray:
-    """(3, 3) a rotation matrix, proved to be one; ``what`` begins the sentence.
+    Args:
+        xyz: (3,) the origin [m].
+        rpy: (3,) roll, pitch, yaw [rad] as in a URDF: R = Rz(yaw) Ry(pitch) Rx(roll).
+        rotation_vector: (3,) axis times angle [rad].
+        wxyz, xyzw: (4,) a quaternion of any length above zero, made unit.
+        rotation: (3, 3) a rotation matrix.
 
     Raises:
-        InputError: its columns are not of unit length, at right angles and right-handed.
+        InputError: more than one rotation, or a matrix that is none.
+        RangeError: a quaternion of length zero.
         ShapeError, NotFiniteError.
+
+    Example:
+        >>> from impulsekit import Robot
+        >>> robot = Robot.from_example("talos", root="freeflyer")
+        >>> robot.configuration(root_joint=pose([0, 0, 1], rpy=[0, 0, np.pi]))[3:7].round(6)
+        array([0., 0., 1., 0.])
     """
-    turn = array_of(value, (3, 3), what)
-    off = float(np.abs(turn @ turn.T - np.eye(3)).max())
-    if off > OFF_ROTATION or np.linalg.det(turn) < 0.0:
-        raise InputError(
-            f"{what} is no rotation matrix (R Rᵀ is off 1 by {off:.3g}, or it mirrors)"
-        )
-    return turn
+    given = {
+        "rpy": rpy,
+        "rotation_vector": rotation_vector,
+        "wxyz": wxyz,
+        "xyzw": xyzw,
+        "rotation": rotation,
+    }
+    forms = [name for name, value in given.items() if value is not None]
+    if len(forms) > 1:
+        raise InputError(f"pose takes one rotation, got {' and '.join(forms)}")
+    turn = np.eye(3)
+    for name in forms:
+        turn = _rotation(name, given[name], f"pose: {name}")
+    return pin.SE3(turn, array_of(xyz, (3,), "pose: xyz"))
+
+
+def _rotation(form: str, value: Any, what: str, *, unit: bool = False) -> np.ndarray:
+    """(3, 3) of a rotation in one of the forms of ``pose``; ``unit``: of a unit quaternion."""
+    if form == "rotation":
+        turn = array_of(value, (3, 3), what)
+        off = float(np.abs(turn @ turn.T - np.eye(3)).max())
+        if off > OFF_ROTATION or np.linalg.det(turn) < 0.0:
+            raise InputError(
+                f"{what} is no rotation matrix (R Rᵀ is off 1 by {off:.3g}, or it mirrors)"
+            )
+        return turn
+    numbers = array_of(value, (4,) if form in ("wxyz", "xyzw") else (3,), what)
+    if form == "rpy":
+        return np.array(pin.rpy.rpyToMatrix(*numbers))
+    if form == "rotation_vector":
+        return np.array(pin.exp3(numbers))
+    x, y, z, w = np.roll(numbers, -1) if form == "wxyz" else numbers
+    length = float(np.linalg.norm(numbers))
+    if length == 0.0 or (unit and abs(length - 1.0) > OFF_ROTATION):
+        allowed = "1" if unit else "above zero"
+        raise RangeError.of(f"{what}: length of the quaternion", length, allowed)
+    return np.array(pin.Quaternion(w, x, y, z).normalized().toRotationMatrix())

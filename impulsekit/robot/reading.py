@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import os
 import re
-import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
@@ -14,23 +13,24 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import (
-    AssumptionWarning,
     InputError,
     MissingExtraError,
-    MjcfError,
     UnknownNameError,
     UrdfError,
     a_thing,
     shown,
     warn_of_assumptions,
 )
-from ..files import path_of, read_text_file, reason_of
-from .base import RobotBase
+from ..files import path_of
 from .model_checks import ROOTS, check_depth_first, check_finite, root_joint
+from .named_states import RobotStates
+from .robot_xml import content_of
 from .source import RobotPart
 
 if TYPE_CHECKING:
     import mujoco
+
+    from .urdf import UrdfText
 
 # The outermost element stands behind comments and the XML declaration.
 _ASIDE = re.compile(rb"\s*(<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)", re.DOTALL)
@@ -43,12 +43,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
     Raises:
         UrdfError: it cannot be read.
     """
-    try:
-        text = read_text_file(path)
-    except (OSError, ValueError) as error:
-        reason = reason_of(error) if isinstance(error, OSError) else "the path holds a NUL"
-        raise UrdfError(f"{shown(path, 200)}: {reason}", source=path, element="") from None
-    element = outermost(text)
+    element = outermost(content_of(path))
     if element == "mujoco":
         return "mjcf"
     return "sdf" if element in ("sdf", "model", "world") else "urdf"
@@ -87,7 +82,7 @@ def files_of_description(name: str) -> tuple[str | None, str, list[str]]:
     return getattr(module, "URDF_PATH", None), getattr(module, "MJCF_PATH", ""), folders
 
 
-class RobotReaders(RobotBase):
+class RobotReaders(RobotStates):
     """Constructors that read a robot."""
 
     @classmethod
@@ -132,33 +127,37 @@ class RobotReaders(RobotBase):
         from .urdf import read_urdf
 
         urdf = read_urdf(path_or_xml, mimic=mimic)
+        part = RobotPart(
+            urdf.text,
+            None if urdf.path is None else os.path.abspath(urdf.path),
+            mimic=mimic,
+            package_dirs=tuple(map(os.path.abspath, _folders(package_dirs))),
+            assumptions=urdf.assumptions,
+            srdf=None if srdf is None else os.path.abspath(srdf),
+        )
+        return cls._of_urdf(urdf, part, root)
+
+    @classmethod
+    def _of_urdf(cls, urdf: UrdfText, part: RobotPart, root: str | pin.JointModel) -> Self:
+        """A robot of a URDF that has passed the check; ``part`` lacks its root."""
         joint, root_name = root_joint(root)
-        assumptions, own_root = list(urdf.assumptions), "root_joint"
+        assumptions, own_root = list(part.assumptions), "root_joint"
         if joint is not None and any(own_root == each.name for each in urdf.joints):
             own_root = "world_root_joint"
             assumptions.append(
                 f'the robot has a joint "root_joint", so the root joint is named "{own_root}"'
             )
-        part = RobotPart(
-            urdf.text,
-            None if urdf.path is None else os.path.abspath(urdf.path),
-            root_name,
-            mimic,
-            package_dirs=tuple(map(os.path.abspath, _folders(package_dirs))),
-            assumptions=tuple(assumptions),
-            srdf=None if srdf is None else os.path.abspath(srdf),
-        )
-        warn_of_assumptions(part.label, assumptions)
+        part = replace(part, root=root_name, assumptions=tuple(assumptions))
+        warn_of_assumptions(part.label, assumptions, above=3)
         arguments = (urdf.plain,) if joint is None else (urdf.plain, joint, own_root)
         try:
-            model = pin.buildModelFromXML(*arguments, mimic=mimic)
+            model = pin.buildModelFromXML(*arguments, mimic=part.mimic)
         except (RuntimeError, ValueError) as error:
             raise UrdfError(f"{part.label}: {error}", source=part.label, element="") from None
-        if urdf.rotors:
-            armature = np.array(model.armature)
-            for name, value in urdf.rotors.items():
-                armature[model.joints[model.getJointId(name)].idx_v] += value
-            model.armature = armature
+        armature = np.array(model.armature)
+        for name, value in urdf.rotors.items():
+            armature[model.joints[model.getJointId(name)].idx_v] += value
+        model.armature = armature
         return cls(model, (part,), urdf.name)
 
     @classmethod
@@ -244,7 +243,7 @@ class RobotReaders(RobotBase):
     ) -> Self:
         """A robot from a <model> of SDF, the format of Gazebo.
 
-        The model is written anew as a URDF. Joints to a link that another joint carries, and
+        Joints to a link that another joint carries, and
         gearboxes, are in ``loops``; ``Scene.of_robot(robot)`` makes constraints of them.
 
         Args:
@@ -268,21 +267,16 @@ class RobotReaders(RobotBase):
         from .geometry import folders_of_file
         from .sdf import read_sdf
 
-        read = read_sdf(source, model)
-        label = read.path or "SDF text"
-        package_dirs = (*_folders(package_dirs), *folders_of_file(read.path))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AssumptionWarning)
-            try:
-                robot = cls.from_urdf(read.urdf, root, package_dirs=package_dirs)
-            except UrdfError as error:
-                words = str(error).replace("URDF text", label).replace("a URDF", "a robot")
-                raise MjcfError(words, source=label, element=error.element) from None
-        part = robot.parts[0]
-        assumptions = (*read.assumptions, *part.assumptions)
-        warn_of_assumptions(label, assumptions)
-        new = replace(part, assumptions=assumptions, loops=read.loops, source=label)
-        return cls(robot.model, (new,), robot.name)
+        read, path = read_sdf(source, model)
+        folders = (*_folders(package_dirs), *folders_of_file(path))
+        part = RobotPart(
+            read.urdf.text,
+            package_dirs=tuple(map(os.path.abspath, folders)),
+            assumptions=read.assumptions,
+            loops=read.loops,
+            source=read.label,
+        )
+        return cls._of_urdf(read.urdf, part, root)
 
     @classmethod
     def from_file(

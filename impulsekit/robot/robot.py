@@ -1,21 +1,174 @@
-"""``Robot``: a Pinocchio model with its names, its root and its states by joint name."""
+"""``Robot``: a Pinocchio model with its names, its root and its states; and building on it.
+
+Payloads, locked joints, rotors and a ground each make a new robot.
+
+The model is changed, and so is the URDF that the robot's geometry, its links and the
+reference are read from; what was changed is kept, so that a scene file can hold it.
+"""
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING
+import functools
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
+import numpy as np
 import pinocchio as pin
 
-from .changes import RobotBuilding
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from .arrays import array_of, floats
+from .base import RobotBase
 from .reading import RobotReaders
+from .robot_xml import element, xml_of
+from .source import AddedBody, Changes, Ground, RobotPart, tensor_of
+from .urdf_elements import MOMENTS
 
 if TYPE_CHECKING:
-    from .mjcf_shapes import TouchingPair
-    from .source import Loop
+    from typing import Self
+
+    from numpy.typing import ArrayLike
+
+# A principal moment may exceed the sum of the others by so much of it: rounding.
+TRIANGLE = 1e-9
+
+Kind = TypeVar("Kind", bound=RobotBase)
 
 
-class Robot(RobotReaders, RobotBuilding):
+def _reduced(model: pin.Model, joints: list[int], q: np.ndarray) -> pin.Model:
+    """A model without some joints, whose frames keep their parents.
+
+    ``buildReducedModel`` leaves parents of frames that belong to no frame of the new model.
+    """
+    reduced = pin.buildReducedModel(model, joints, q) if joints else pin.Model(model)
+    new = {_key(frame): i for i, frame in enumerate(reduced.frames)}
+    for frame in model.frames:
+        parent = new[_key(model.frames[frame.parentFrame])]
+        reduced.frames[new[_key(frame)]].parentFrame = parent
+    return reduced
+
+
+def _key(frame: pin.Frame) -> tuple[str, bool]:
+    """Name and kind of a frame: a link and the joint above it may share a name."""
+    return frame.name, frame.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
+
+
+def with_masses(robot: Kind, model: pin.Model) -> Kind:
+    """The robot with the inertias of a model that is its own but for these, and its geometry.
+
+    Its files do not say these masses, so that it cannot be built from them, nor written to one.
+    """
+    parts = [replace(part, urdf=None, geometry=part.urdf or part.geometry) for part in robot.parts]
+    return type(robot)(pin.Model(model), parts, robot.name)
+
+
+def _changed(
+    robot: Kind,
+    model: pin.Model,
+    part: RobotPart,
+    changes: Changes,
+    write: Callable[[Element], None] | None,
+) -> Kind:
+    """The robot with another model, and one part of it rewritten."""
+    text = part.urdf
+    if text is not None and write is not None:
+        root = ElementTree.fromstring(text)
+        write(root)
+        changes, text = replace(changes, text=changes.text or text), xml_of(root)
+    new = replace(part, urdf=text, changes=changes)
+    parts = [new if each is part else each for each in robot.parts]
+    return type(robot)(model, parts, robot.name)
+
+
+def _write_body(root: Element, body: AddedBody) -> None:
+    moments = dict(zip(MOMENTS, body.inertia, strict=True))
+    inertial = element(
+        "inertial",
+        element("origin", xyz=body.com, rpy="0 0 0"),
+        element("mass", value=body.mass),
+        element("inertia", **moments),
+    )
+    ends = element("parent", link=body.frame), element("child", link=body.name)
+    root.append(element("link", inertial, name=body.name))
+    root.append(element("joint", *ends, name=f"{body.name}_weld", type="fixed"))
+
+
+def _write_lock(root: Element, name: str, value: float) -> None:
+    joint = next(each for each in root.findall("joint") if each.get("name") == name)
+
+    def numbers(tag: str, key: str = "xyz", usual: str = "0 0 0") -> np.ndarray:
+        own = joint.find(tag)
+        return np.array((usual if own is None else own.get(key, usual)).split(), dtype=float)
+
+    along, xyz, rpy = numbers("axis", "xyz", "1 0 0"), numbers("origin"), numbers("origin", "rpy")
+    along, turn = along / np.linalg.norm(along), pin.rpy.rpyToMatrix(rpy)
+    if value and joint.get("type") == "prismatic":
+        xyz = xyz + turn @ along * value
+    elif value:
+        rpy = pin.rpy.matrixToRpy(turn @ pin.exp3(value * along))
+    joint.set("type", "fixed")
+    for tag in ("axis", "limit", "dynamics", "mimic", "origin"):
+        for child in joint.findall(tag):
+            joint.remove(child)
+    joint.append(element("origin", xyz=xyz, rpy=rpy))
+
+
+def _part_of(robot: Kind, name: str) -> RobotPart:
+    """The part of a combined robot that a name belongs to."""
+    return max(
+        (part for part in robot.parts if name.startswith(part.prefix)),
+        key=lambda part: len(part.prefix),
+    )
+
+
+def _part_of_link(robot: Kind, frame: str, where: str) -> tuple[RobotPart, str]:
+    frame_id = robot.frame_id(frame, where)
+    if frame_id == 0 or robot.model.frames[frame_id].type != pin.FrameType.BODY:
+        links = ", ".join(f'"{link.name}"' for link in robot.links[:6])
+        raise InputError(f'{where}: "{frame}" is no link; the links are {links}, ...')
+    part = _part_of(robot, frame)
+    return part, frame.removeprefix(part.prefix)
+
+
+def _number(value: Any, what: str, least: float = -math.inf) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise InputError(f"{what} must be a number, got {quoted(value)}")
+    if not math.isfinite(value):
+        raise NotFiniteError.of(what, "it", value)
+    if value < least:
+        raise RangeError.of(what, value, f"{least:g} or more")
+    return float(value)
+
+
+def _moments(inertia: Any) -> tuple[float, ...]:
+    """ixx, ixy, ixz, iyy, iyz, izz of a (3, 3) tensor, of six or of three principal moments."""
+    what = "with_body: inertia"
+    if inertia is None:
+        return (0.0,) * 6
+    array = floats(inertia, what)
+    if array.shape == (3,):
+        array = np.diag(array)
+    elif array.shape == (6,):
+        array = tensor_of(array)
+    if array.shape != (3, 3):
+        raise ShapeError.of(what, (3, 3), array.shape, "or (6,) or (3,)")
+    if not np.isfinite(array).all():
+        raise NotFiniteError.of(what, "an entry", "not finite")
+    if abs(array - array.T).max() > TRIANGLE * abs(array).max():
+        raise InputError(f"{what} is not symmetric")
+    first, second, third = np.linalg.eigvalsh(0.5 * (array + array.T))
+    if first < -TRIANGLE * third or third > (first + second) * (1.0 + TRIANGLE):
+        raise InputError(
+            f"{what} has principal moments {first:g}, {second:g}, {third:g} kg m²; no body has "
+            "one below zero or above the sum of the others"
+        )
+    return tuple(float(array[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+
+
+class Robot(RobotReaders):
     """A rigid multibody system: a Pinocchio model with the names of its joints, links and frames.
 
     Created by ``from_urdf``, ``from_example``, ``from_model`` or ``combine``. q and v
@@ -35,31 +188,200 @@ class Robot(RobotReaders, RobotBuilding):
         np.float64(-0.5)
     """
 
-    @property
-    def assumptions(self) -> tuple[str, ...]:
-        """Sentences on all that was assumed where the robot's file leaves something open."""
-        return tuple(sentence for part in self.parts for sentence in part.assumptions)
+    def with_body(
+        self,
+        frame: str,
+        *,
+        mass: float,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> Self:
+        """A robot with a body welded to a link: a payload, a tool, a sensor.
 
-    @property
-    def loops(self) -> tuple[Loop, ...]:
-        """The equality constraints of the robot's file, names as in the robot."""
-        return tuple(loop.within(part.prefix) for part in self.parts for loop in part.loops)
+        The same as another link behind a fixed joint in the URDF. It can be named in scenes,
+        is checked, reported and written to scene files.
 
-    @property
-    def touching_pairs(self) -> tuple[TouchingPair, ...]:
-        """The pairs of geoms that may touch by the robot's file, and their friction."""
-        return tuple(pair.within(part.prefix) for part in self.parts for pair in part.pairs)
+        Args:
+            frame: the link that carries it.
+            mass: [kg], 0 or more.
+            com: (3,) mass centre in ``frame`` [m].
+            inertia: about the mass centre, in the axes of ``frame`` [kg m²]: (3, 3), (6,) as
+                ixx, ixy, ixz, iyy, iyz, izz, or (3,) principal moments; None for a point mass.
+            name: of the new link; by default the frame's name and "_payload".
 
-    @cached_property
-    def collision_model(self) -> pin.GeometryModel:
-        """The collision geometry, read on first access."""
-        from .geometry import geometry_of
+        Raises:
+            UnknownNameError, InputError: no such link, or the name is taken.
+            RangeError, ShapeError, NotFiniteError: of the numbers.
 
-        return geometry_of(self, pin.GeometryType.COLLISION)
+        Example:
+            >>> from impulsekit import Robot
+            >>> arm = Robot.from_example("panda")
+            >>> round(arm.with_body("panda_hand", mass=2.0, com=[0, 0, 0.1]).mass - arm.mass, 9)
+            2.0
+        """
+        part, own = _part_of_link(self, frame, "with_body")
+        mass = _number(mass, "with_body: mass", 0.0)
+        centre = tuple(array_of(com, (3,), "with_body: com").tolist())
+        moments = _moments(inertia)
+        given = f"{own}_payload" if name is None else name
+        if not isinstance(given, str) or not given or not given.isprintable():
+            raise InputError(f"with_body: name must be printable text, got {quoted(given)}")
+        whole_name = part.prefix + given
+        if whole_name in self.frame_names:
+            raise InputError(
+                f'with_body: the robot has a frame "{whole_name}" already; name another'
+            )
+        body = AddedBody(own, given, mass, centre, moments)
+        model = pin.Model(self.model)
+        carrier = self.frame_id(frame)
+        at = model.frames[carrier]
+        added = pin.Inertia(mass, np.array(centre), tensor_of(moments))
+        weld = pin.Frame(
+            f"{whole_name}_weld", at.parentJoint, carrier, at.placement, pin.FrameType.FIXED_JOINT
+        )
+        weld_id = model.addFrame(weld, False)
+        kind = pin.FrameType.BODY
+        # Behind the world's own frame no inertia counts.
+        new = pin.Frame(whole_name, at.parentJoint, weld_id, at.placement, kind, added)
+        model.addFrame(new, at.parentJoint > 0)
+        changes = replace(part.changes, bodies=(*part.changes.bodies, body))
+        return _changed(self, model, part, changes, lambda root: _write_body(root, body))
 
-    @cached_property
-    def visual_model(self) -> pin.GeometryModel:
-        """The visual geometry, read on first access."""
-        from .geometry import geometry_of
+    def with_lock(self, joints: str | Iterable[str] | Mapping[str, float]) -> Self:
+        """A robot in which joints are fixed: fewer degrees of freedom, the same links.
 
-        return geometry_of(self, pin.GeometryType.VISUAL)
+        Args:
+            joints: names, locked at zero, or a mapping to the values to lock them at [rad, m].
+
+        Raises:
+            UnknownNameError: no such joint.
+            InputError: the joint has several degrees of freedom, or none.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> Robot.from_example("panda").with_lock({"panda_joint4": -1.8}).nv
+            8
+        """
+        if isinstance(joints, str):
+            joints = [joints]
+        values = dict(joints) if isinstance(joints, Mapping) else dict.fromkeys(joints, 0.0)
+        ids = []
+        for name, value in values.items():
+            joint_id = self.joint_id(name, "with_lock")
+            joint = self.model.joints[joint_id]
+            if joint.nv != 1 or joint.shortname() == "JointModelMimic":
+                raise InputError(
+                    f'with_lock: joint "{name}" has {joint.nv} degrees of freedom of its own; one '
+                    "that turns or slides can be locked"
+                )
+            values[name] = _number(value, f'with_lock: joint "{name}"')
+            ids.append(joint_id)
+        if any(joint.shortname() == "JointModelMimic" for joint in self.model.joints):
+            raise InputError(
+                "with_lock: lock joints before their followers follow: read the robot with "
+                "mimic=False"
+            )
+        model = _reduced(self.model, ids, self.configuration(values))
+        robot = self
+        for name, value in values.items():
+            part = _part_of(robot, name)
+            own = name.removeprefix(part.prefix)
+            changes = replace(part.changes, locks=(*part.changes.locks, (own, value)))
+            robot = _changed(
+                robot, model, part, changes, functools.partial(_write_lock, name=own, value=value)
+            )
+        return robot
+
+    def with_armature(
+        self, armature: Mapping[str, ArrayLike], *, gear: Mapping[str, float] | None = None
+    ) -> Self:
+        """A robot with rotor inertia in its joints, which adds to the diagonal of M.
+
+        In geared arms it decides what an impact does: a rotor of inertia J behind a gear of
+        ratio r counts as r² J on the joint's side.
+
+        Args:
+            armature: by joint, the inertia on the joint's side [kg m², kg]; or the rotor's own
+                where ``gear`` names its ratio. One number, or one for each of its speeds.
+            gear: by joint, the gear ratio.
+
+        Raises:
+            UnknownNameError: no such joint.
+            RangeError, ShapeError, NotFiniteError, InputError: of the numbers.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> arm = Robot.from_example("ur5").with_armature(
+            ...     {"elbow_joint": 6e-5}, gear={"elbow_joint": 101})
+            >>> arm.model.armature[2].round(3)
+            np.float64(0.612)
+        """
+        if not isinstance(armature, Mapping):
+            raise InputError("with_armature: expected a mapping from joint names to numbers")
+        gear, robot = gear or {}, self
+        for name in gear:
+            if name not in armature:
+                raise InputError(
+                    f'with_armature: gear names joint "{name}", which armature does not'
+                )
+        model = pin.Model(self.model)
+        whole = np.array(model.armature)
+        for name, value in armature.items():
+            joint = model.joints[self.joint_id(name, "with_armature")]
+            ratio = _number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
+            what = f'with_armature: "{name}"'
+            each = [value] * joint.nv if np.ndim(value) == 0 else value
+            values = array_of(each, (joint.nv,), what)
+            if (values < 0.0).any():
+                raise RangeError.of(what, float(values.min()), "0 or more")
+            whole[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * values
+            part = _part_of(robot, name)
+            kept = dict(part.changes.armature)
+            kept[name.removeprefix(part.prefix)] = tuple(map(float, ratio * ratio * values))
+            changes = replace(part.changes, armature=tuple(kept.items()))
+            robot = _changed(robot, model, part, changes, None)
+        model.armature = whole
+        return type(self)(model, robot.parts, self.name)
+
+    def with_ground(
+        self, height: float = 0.0, *, normal: ArrayLike = (0.0, 0.0, 1.0), name: str = "ground"
+    ) -> Self:
+        """A robot with a plane in its world that ``Collision("ball", "ground")`` can name.
+
+        Args:
+            height: of the plane along the normal, from the world's origin [m].
+            normal: (3,) out of the ground, world axes.
+            name: of the collision geometry. In a combined world the ground belongs to the
+                first robot, whose name stands before it: "arm/ground".
+
+        Raises:
+            InputError, RangeError, ShapeError, NotFiniteError: of the arguments.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> robot = Robot.from_example("solo12", root="freeflyer").with_ground(-0.3)
+            >>> robot.collision_model.geometryObjects[0].name
+            'ground'
+        """
+        along = array_of(normal, (3,), "with_ground: normal")
+        length = float(np.linalg.norm(along))
+        if length == 0.0:
+            raise RangeError.of("with_ground: normal", normal, "a direction")
+        if not isinstance(name, str) or not name or not name.isprintable():
+            raise InputError(f"with_ground: name must be printable text, got {quoted(name)}")
+        part = self.parts[0]
+        own = name.removeprefix(part.prefix)
+        if any(ground.name == own for ground in part.changes.grounds):
+            raise InputError(f'with_ground: there is a ground "{name}" already; name another')
+        height = _number(height, "with_ground: height")
+        unit = along / length
+        if part.placement is not None:
+            # The plane is kept in the coordinates of the part, which moves it along.
+            placed = pin.SE3(np.array(part.placement))
+            height -= float(unit @ placed.translation)
+            unit = placed.rotation.T @ unit
+        x, y, z = unit.tolist()
+        ground = Ground(own, (x, y, z), height)
+        changes = replace(part.changes, grounds=(*part.changes.grounds, ground))
+        return _changed(self, pin.Model(self.model), part, changes, None)

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 if TYPE_CHECKING:
     from .mjcf_shapes import PlainShape, TouchingPair
 
 Triple = tuple[float, float, float]
+
+
+def tensor_of(moments: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Return (3, 3) of ixx, ixy, ixz, iyy, iyz, izz."""
+    ixx, ixy, ixz, iyy, iyz, izz = moments
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def check_constraint(robot: Robot, constraint: Any, where: str) -> None:
     elif isinstance(constraint, PointAnchor | FrameAnchor):
         check_two_bodies(robot, constraint.frame_names, where, HOLDS_NOTHING)
     elif isinstance(constraint, JointLock):
-        joint = _moving_joint(robot, constraint.joint, where)
+        joint = robot.model.joints[robot.joint_id(constraint.joint, where)]
         if isinstance(constraint.velocity, tuple) and len(constraint.velocity) != joint.nv:
             what = f'{where}: velocity of joint "{constraint.joint}"'
             raise ShapeError.of(what, (joint.nv,), (len(constraint.velocity),))
@@ -65,7 +65,7 @@ def check_controlled(
     """
     locked = [entry.joint for entry in constraints if isinstance(entry, JointLock | Driven)]
     for i, name in enumerate(controlled):
-        _moving_joint(robot, name, f"controlled[{i}]")
+        robot.joint_id(name, f"controlled[{i}]")
         if name in controlled[:i]:
             raise InputError(f'controlled[{i}]: joint "{name}" is named twice')
         if name in locked:
@@ -73,13 +73,6 @@ def check_controlled(
                 f'controlled[{i}]: a JointLock holds joint "{name}" already; '
                 "leave one of the two out"
             )
-
-
-def _moving_joint(robot: Robot, name: str, where: str) -> Any:
-    """The joint of the model; a fixed joint of the URDF is told apart from an unknown one."""
-    if name not in robot.joint_names and robot.has_fixed_joint(name):
-        raise InputError(f'{where}: joint "{name}" is fixed, it has no motion to constrain')
-    return robot.model.joints[robot.joint_id(name, where)]
 
 
 ContactEntry: TypeAlias = Contact | JointStop | Collision | Rope | GapContact

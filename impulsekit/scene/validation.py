@@ -79,8 +79,6 @@ def check_one_degree(robot: Robot, joint: str, where: str, what: str) -> None:
         UnknownNameError: the robot does not have it.
         InputError: it is fixed, or has several.
     """
-    if joint not in robot.joint_names and robot.has_fixed_joint(joint):
-        raise InputError(f'{where}: joint "{joint}" is fixed, it has no motion to constrain')
     count = robot.model.joints[robot.joint_id(joint, where)].nv
     if count != 1:
         raise InputError(

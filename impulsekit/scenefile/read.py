@@ -235,7 +235,7 @@ def _read_points(section: Section, raw: Any, robot: Robot | None, faults: Faults
         _tried(robot.frame_id, point.frame, f"{place}.frame", faults, None)
         joint = getattr(point, "joint", None)
         # The joint of a robot, or one that is fixed in it.
-        if joint is not None and not robot.has_fixed_joint(joint):
+        if joint is not None and joint not in robot.frame_names:
             _tried(robot.joint_id, joint, f"{place}.joint", faults, None)
 
     return read_entries(section, raw.get(key_of_points, ()), check, faults)

@@ -17,7 +17,7 @@ from .surfaces import Surface, box, cylinder, ellipsoid, mesh, rounded
 
 if TYPE_CHECKING:
     from ..robot import RobotPart
-    from ..robot.links import Link
+    from ..robot.masses import Link
 
 # A box is drawn no thinner than this share of its longest edge.
 THINNEST = 0.04

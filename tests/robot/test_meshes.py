@@ -36,7 +36,7 @@ def test_a_mesh_is_read_once_for_two_robots_of_one_file(robot_of):
     one, other = robot_of(1.0), robot_of(1.0, root="freeflyer")
     one_model = one.visual_model
     path = one_model.geometryObjects[0].meshPath
-    assert loader_of([path]) is one.kept_loaders[0]
+    assert loader_of([path]) is one._mesh_loaders[0]
     assert largest(one) == largest(other) == 1.0
 
 
