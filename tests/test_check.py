@@ -115,7 +115,7 @@ def test_fifty_digits():
     robot = ik.Robot.from_example("ur5")
     impact = solved(robot, [random_blow("tool0", 1)], [ik.JointLock("elbow_joint")])
     check = ik.check(impact, digits=50)
-    assert check.agrees and check.numbers == "MPFR, 50 digits"
+    assert check.agrees and check.numbers == "mpmath, 50 digits"
     assert not ik.check(spoilt(impact, 1 + 1e-6), digits=50).agrees
     loop = ik.PointAnchor("tool0", "forearm_link", at=(0.1, 0, 0))
     assert ik.check(solved(robot, [random_blow("tool0", 1)], [loop, loop]), digits=30).agrees

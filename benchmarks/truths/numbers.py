@@ -18,4 +18,4 @@ SMALLEST = 5e-324
 @cache
 def truth_numbers(digits: int = DIGITS) -> Arithmetic:
     """Arithmetic of that many digits."""
-    return Arithmetic.precise(digits)
+    return Arithmetic.mpmath(digits)

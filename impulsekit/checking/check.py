@@ -55,8 +55,8 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
 
     Args:
         impact: a solved impact, or a motion.
-        digits: decimal digits of the reference (16 to 10000), by MPFR where gmpy2 is installed,
-            else by mpmath; by default doubles.
+        digits: decimal digits of the reference (16 to 10000), by mpmath; by default
+            doubles.
 
     Raises:
         InputError: the impact cannot be checked: its robot has a joint that the reference
@@ -84,9 +84,8 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
         raise InputError(f"check takes an Impact, not {a_thing(impact)}")
     if digits is not None and not (isinstance(digits, int) and 16 <= digits <= MOST_DIGITS):
         raise RangeError.of("digits", shown(digits), f"a whole number from 16 to {MOST_DIGITS}")
-    numbers = Arithmetic.double() if digits is None else Arithmetic.precise(digits)
-    with numbers.precision():
-        return _checked(impact, reference_robot(impact.scene.robot, numbers))
+    numbers = Arithmetic.double() if digits is None else Arithmetic.mpmath(digits)
+    return _checked(impact, reference_robot(impact.scene.robot, numbers))
 
 
 def _checked(impact: Impact, reference: ReferenceRobot) -> Check:

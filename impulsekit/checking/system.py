@@ -228,8 +228,7 @@ def reference_robot(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
     """
     kept = _kept.setdefault(robot, {})
     if numbers.name not in kept:
-        with numbers.precision():
-            kept[numbers.name] = read_reference(robot, numbers)
+        kept[numbers.name] = read_reference(robot, numbers)
     return kept[numbers.name]
 
 

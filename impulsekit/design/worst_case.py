@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import itertools
 import math
+import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..batch.solve import solve_batch
 from ..display import OneLine
-from ..errors import InputError, RangeError, UnknownNameError, check_kind
-from ..impact import ImpactSolver
+from ..errors import InputError, RangeError, SetupWarning, check_kind
 from ..robot import state
 from ..scene import Scene
 from ..scene.numbers import number
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 # [rad] Where the search along a direction ends: the worst case is flat there.
 LEAST_STEP = 1e-4
+# Of a step that finds nothing worse, the share that is tried next.
+GOLDEN = 0.618
+# Of a box with more sides not all corners are solved.
+MOST_CORNERS = 1024
 # No larger friction is asked about: it holds all.
 MOST_FRICTION = 1e9
 
@@ -72,7 +77,7 @@ def worst_impact(
     kind: str = "force",
     samples: int = 200,
 ) -> WorstImpact:
-    """The largest impulse that a joint carries over a box of restitution, friction and pose.
+    """Find the largest impulse that a joint carries over a box of restitution, friction and pose.
 
     All corners of the box and a Sobol sequence in it are solved, and the worst is improved along
     each axis by golden steps. It is a lower bound of the true worst case, which is at a corner
@@ -108,34 +113,46 @@ def worst_impact(
     moving = state.checked_velocity(robot.model, v)
     if kind not in ("force", "couple"):
         raise RangeError.of("kind", kind, '"force" or "couple"')
-    bounds = _bounds(robot, restitution, friction, pose or {})
     part = slice(0, 3) if kind == "force" else slice(3, 6)
-    search = _Search(scene, place, moving, joint, part, bounds)
-    count = len(bounds)
-    corners = itertools.product((0.0, 1.0), repeat=count)
-    points = [np.array(corner) for corner in itertools.islice(corners, 1024)]
+    box = _Box(scene, place, moving, _bounds(robot, restitution, friction, pose or {}))
+    x, most = _worst(box, samples, robot.joint_id(joint) - 1, part)
+    solved, refused = box.solved, box.refused
+    q, coefficients = box.at(x[None])
+    reaction = box.reactions(x[None])[0, robot.joint_id(joint) - 1]
+    e, mu = (coefficients.get(name, [None])[0] for name in ("restitution", "friction"))
+    return WorstImpact(joint, most, e, mu, q[0], reaction, solved, refused)
+
+
+def _worst(box: _Box, samples: int, row: int, part: slice) -> tuple[np.ndarray, float]:
+    """Return the point of the box with the largest reaction of a joint, and its size."""
+
+    def sizes(points: np.ndarray) -> np.ndarray:
+        found = np.linalg.norm(box.reactions(points)[:, row, part], axis=1)
+        return np.where(np.isnan(found), -1.0, found)
+
+    count = len(box.bounds)
+    corners = itertools.islice(itertools.product((0.0, 1.0), repeat=count), MOST_CORNERS)
+    points = np.array(list(corners))
     if samples:
         from scipy.stats import qmc
 
         power = math.ceil(math.log2(max(samples, 2)))
-        points += list(qmc.Sobol(count, seed=0).random(2**power)[:samples])
-    sizes = [search.size(point) for point in points]
-    # Of equal sizes the last one.
-    most, best = max(zip(sizes, range(len(sizes)), strict=True))
+        points = np.vstack([points, qmc.Sobol(count, seed=0).random(2**power)[:samples]])
+    found = sizes(points)
+    most = float(found.max())
     if most < 0.0:
         raise InputError("worst_impact: no impact of the box is valid")
-    x = points[best].copy()
-    step = 0.25
+    # Of equal sizes the last one.
+    x = points[np.flatnonzero(found == most)[-1]]
+    ways, step = np.vstack([-np.eye(count), np.eye(count)]), 0.25
     while step > LEAST_STEP:
-        better = False
-        for k, sign in itertools.product(range(count), (-1.0, 1.0)):
-            other = x.copy()
-            other[k] = min(max(other[k] + sign * step, 0.0), 1.0)
-            size = search.size(other)
-            if size > most:
-                x, most, better = other, size, True
-        step = step if better else 0.618 * step
-    return search.at(x)
+        others = np.clip(x + step * ways, 0.0, 1.0)
+        found = sizes(others)
+        if found.max() > most:
+            x, most = others[found.argmax()], float(found.max())
+        else:
+            step *= GOLDEN
+    return x, most
 
 
 # By "restitution", "friction", or the entry of q that is offset.
@@ -172,58 +189,36 @@ def _interval(name: str, ends: Sequence[float], least: float, most: float) -> tu
     return low, high
 
 
-class _Search:
-    """The reaction of one joint, for points of the unit cube that stands for the box."""
+class _Box:
+    """The reactions of joints, for points of the unit cube that stands for the box."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        q: np.ndarray,
-        v: np.ndarray,
-        joint: str,
-        part: slice,
-        bounds: _Bounds,
-    ) -> None:
-        self._scene, self._q, self._v = scene, q, v
-        self._joint, self._part, self._bounds = joint, part, bounds
+    def __init__(self, scene: Scene, q: np.ndarray, v: np.ndarray, bounds: _Bounds) -> None:
+        self._scene, self._q, self._v, self.bounds = scene, q, v, bounds
         self.solved = self.refused = 0
 
-    def _impact(self, x: np.ndarray) -> tuple[Any, dict[str, float]]:
-        q, scene, changes = self._q.copy(), self._scene, dict[str, float]()
-        for t, (key, (low, high)) in zip(x.tolist(), self._bounds.items(), strict=True):
-            value = low + t * (high - low)
+    def at(self, points: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
+        """Return the configurations at (K, n) points, and by kind the coefficients."""
+        q, coefficients = np.tile(self._q, (len(points), 1)), dict[str, Any]()
+        for t, (key, (low, high)) in zip(points.T, self.bounds.items(), strict=True):
+            values = low + t * (high - low)
             if isinstance(key, str):
-                changes[key] = value
+                coefficients[key] = values.tolist()
             else:
-                q[key] += value
-        if changes:
-            contacts: list[Any] = []
-            for entry in scene.contacts:
-                own: dict[str, Any] = {k: n for k, n in changes.items() if hasattr(entry, k)}
-                contacts.append(replace(entry, **own))
-            scene = replace(scene, contacts=contacts)
-        return ImpactSolver(scene).solve(q, self._v), changes
+                q[:, key] += values
+        return q, coefficients
 
-    def size(self, x: np.ndarray) -> float:
-        """The size of the reaction; −1 where the impact is not valid."""
-        impact, _ = self._impact(x)
-        self.solved += 1
-        if not impact.is_valid():
-            self.refused += 1
-            return -1.0
-        return float(np.linalg.norm(self._reaction(impact)[self._part]))
-
-    def at(self, x: np.ndarray) -> WorstImpact:
-        """The results at a point."""
-        impact, values = self._impact(x)
-        reaction = self._reaction(impact)
-        return WorstImpact(
-            self._joint, float(np.linalg.norm(reaction[self._part])), values.get("restitution"),
-            values.get("friction"), impact.q, reaction, self.solved, self.refused,
-        )  # fmt: skip
-
-    def _reaction(self, impact: Any) -> np.ndarray:
-        if self._joint not in impact.reactions:
-            raise UnknownNameError.among("joint", self._joint, tuple(impact.reactions))
-        reaction: np.ndarray = impact.reactions[self._joint]
-        return reaction
+    def reactions(self, points: np.ndarray) -> np.ndarray:
+        """Return (K, joints, 6) reactions at (K, n) points; NaN where an impact is not valid."""
+        q, coefficients = self.at(points)
+        named = zip(self._scene.entry_names("contacts"), self._scene.contacts, strict=True)
+        entries = dict(named)
+        varied: dict[str, Any] = {
+            kind: {name: values for name, entry in entries.items() if hasattr(entry, kind)}
+            for kind, values in coefficients.items()
+        }
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SetupWarning)
+            batch = solve_batch(self._scene, q, self._v, outputs=("reactions",), **varied)
+        self.solved += len(points)
+        self.refused += int((~batch.valid).sum())
+        return np.where(batch.valid[:, None, None], batch.reactions, np.nan)

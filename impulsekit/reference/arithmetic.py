@@ -9,53 +9,14 @@ here, so that the same operations run in every precision and none of them is LAP
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impulsekit.errors import MissingExtraError, NotFiniteError, RangeError
-
-# Binary digits of a decimal one; some more, so that the last decimal is whole.
-BITS, GUARD = 3.3219281, 4
-
-
-class Mpfr:
-    """The functions that an ``Arithmetic`` asks of mpmath's context.
-
-    gmpy2's precision belongs to the thread. ``precision`` sets it for a while; where that was not
-    asked for, each number that is brought in raises one that is too low.
-    """
-
-    def __init__(self, digits: int) -> None:
-        import gmpy2
-
-        self._gmpy2 = gmpy2
-        self._bits = int(digits * BITS) + GUARD
-        self.sin, self.cos, self.sqrt = gmpy2.sin, gmpy2.cos, gmpy2.sqrt
-        self.atan2, self.isfinite = gmpy2.atan2, gmpy2.is_finite
-        with self.precision():
-            self.eps = gmpy2.mpfr(2) ** (1 - self._bits)
-
-    def precision(self) -> AbstractContextManager[Any]:
-        """Within it, this thread's numbers of gmpy2 have these digits; afterwards what they had."""
-        gmpy2: Any = self._gmpy2
-        return gmpy2.local_context(gmpy2.context(precision=self._bits))
-
-    def mpf(self, value: Any) -> Any:
-        """One number, rounded to the precision at hand."""
-        context = self._gmpy2.get_context()
-        if context.precision < self._bits:
-            context.precision = self._bits
-        if hasattr(value, "man_exp"):
-            # A number of mpmath's.
-            mantissa, exponent = value.man_exp
-            return self._gmpy2.mpfr(mantissa) * self._gmpy2.mpfr(2) ** exponent
-        return self._gmpy2.mpfr(value)
-
 
 Array = NDArray[Any]
 
@@ -64,10 +25,10 @@ Array = NDArray[Any]
 class Arithmetic:
     """The numbers that a computation runs on.
 
-    Make one with :meth:`double`, :meth:`long_double`, :meth:`mpmath` or :meth:`precise`.
+    Make one with :meth:`double`, :meth:`long_double` or :meth:`mpmath`.
 
     Attributes:
-        name: "double", "long double", "mpmath, 50 digits" or "MPFR, 50 digits".
+        name: "double", "long double" or "mpmath, 50 digits".
         dtype: numpy's type of the arrays.
         epsilon: distance from 1 to the next number.
 
@@ -103,45 +64,22 @@ class Arithmetic:
             MissingExtraError: mpmath is not installed.
             RangeError: fewer than 16 digits asked for.
         """
-        _check_digits(digits)
+        if int(digits) != digits or digits < 16:
+            raise RangeError.of("digits", digits, "a whole number from 16 up")
         with MissingExtraError.unless("mpmath", "reference", f"arithmetic of {digits} digits"):
             from mpmath import MPContext
         context = MPContext()
         context.dps = int(digits)
         return cls(f"mpmath, {digits} digits", np.dtype(object), context.eps, context)
 
-    @classmethod
-    def precise(cls, digits: int = 50) -> Arithmetic:
-        """Numbers of ``digits`` decimal digits: MPFR's where gmpy2 is installed, else mpmath's.
-
-        MPFR takes about a fifth of the time. Compute within :meth:`precision`.
-
-        Raises:
-            MissingExtraError, RangeError: as :meth:`mpmath`.
-        """
-        try:
-            import gmpy2  # noqa: F401
-        except ImportError:
-            return cls.mpmath(digits)
-        _check_digits(digits)
-        functions = Mpfr(digits)
-        return cls(f"MPFR, {digits} digits", np.dtype(object), functions.eps, functions)
-
-    def precision(self) -> AbstractContextManager[Any]:
-        """Within it these numbers have their digits; afterwards the process is as it was."""
-        own = getattr(self._context, "precision", nullcontext)
-        return cast("AbstractContextManager[Any]", own())
-
     # -- numbers and arrays ---------------------------------------------------
 
     def number(self, value: Any) -> Any:
-        """One number: of an int, a float, a fraction, a decimal or a number of mpmath or MPFR.
+        """One number: of an int, a float, a fraction, a decimal or a number of mpmath.
 
         A string is read as the decimal it writes, to the precision at hand.
         """
         if self._context is not None:
-            if type(value).__name__ == "mpfr" and not isinstance(self._context, Mpfr):
-                value = Fraction(*value.as_integer_ratio())
             if isinstance(value, Fraction):
                 return self._context.mpf(value.numerator) / value.denominator
             if isinstance(value, np.longdouble):
@@ -154,7 +92,7 @@ class Arithmetic:
             return float(value)
         if isinstance(value, Fraction):
             return np.longdouble(value.numerator) / np.longdouble(value.denominator)
-        if type(value).__name__ in ("mpf", "mpfr"):
+        if type(value).__name__ == "mpf":
             high = float(value)
             return np.longdouble(high) + np.longdouble(float(value - high))
         return np.longdouble(value)
@@ -352,11 +290,6 @@ def closed(values: Array) -> Array:
     """The same array, closed against writing."""
     read_only(values)
     return values
-
-
-def _check_digits(digits: Any) -> None:
-    if int(digits) != digits or digits < 16:
-        raise RangeError.of("digits", digits, "a whole number from 16 up")
 
 
 def _as_columns(right: Array) -> Array:

@@ -14,7 +14,8 @@ import numpy as np
 
 from impulsekit.errors import ContradictionError, SingularMassError
 from impulsekit.reference.arithmetic import Arithmetic, Array
-from impulsekit.reference.kinematics import Kinematics, PartialRates, cross
+from impulsekit.reference.kinematics import Kinematics, PartialRates
+from impulsekit.reference.rotation import cross
 
 
 def generalized_active_force(at: Kinematics, forces: Array, couples: Array) -> Array:

@@ -127,7 +127,7 @@ def partial_rates(tree: Tree, at: Kinematics, y: Array) -> PartialRates:
     numbers, count = tree.arithmetic, len(tree.bodies)
     centre_speed, spin = at.velocities(y)
     arms = at.mass_centres - at.origins
-    origin_speed = centre_speed - cross(spin, arms)
+    origin_speed = centre_speed - rotation.cross(spin, arms)
     angular = numbers.zeros(count, tree.n, 3)
     of_origin = numbers.zeros(count, tree.n, 3)
     of_centre = numbers.zeros(count, tree.n, 3)
@@ -143,7 +143,7 @@ def partial_rates(tree: Tree, at: Kinematics, y: Array) -> PartialRates:
             of_origin[k, joint.speeds] += joint.linear @ turning
             angular[k, joint.speeds] += joint.angular @ turning
         arm = rotation.skew(arms[k], numbers)
-        arm_rate = rotation.skew(cross(spin[k], arms[k]), numbers)
+        arm_rate = rotation.skew(rotation.cross(spin[k], arms[k]), numbers)
         of_centre[k] = of_origin[k] + angular[k] @ arm + at.angular[k] @ arm_rate
     return PartialRates(angular, of_centre)
 
@@ -169,12 +169,3 @@ def freed_partials(
         of_centre[k] = linear + angular @ arm
         spin[k] = angular
     return of_centre, spin
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Cross product along the last axis; numpy's own wants numbers it knows."""
-    product = np.empty_like(a)
-    product[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
-    product[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
-    product[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return product

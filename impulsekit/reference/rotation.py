@@ -1,4 +1,4 @@
-"""Rotation matrices, in any precision.
+"""Rotation matrices and cross products, in any precision.
 
 Each function takes the :class:`~impulsekit.reference.arithmetic.Arithmetic` to work in
 and returns a matrix R that turns coordinates of the rotated axes into coordinates of the
@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from impulsekit.reference.arithmetic import Arithmetic, Array
 
-__all__ = ["about_axis", "of_quaternion", "of_roll_pitch_yaw", "skew"]
+__all__ = ["about_axis", "cross", "of_quaternion", "of_roll_pitch_yaw", "skew"]
 
 
 def skew(vector: Array, arithmetic: Arithmetic) -> Array:
@@ -52,3 +54,12 @@ def of_quaternion(quaternion: Array, arithmetic: Arithmetic) -> Array:
     across = skew(vector, arithmetic)
     twice = 2 / (quaternion @ quaternion)
     return arithmetic.eye(3) + twice * (scalar * across + across @ across)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product along the last axis; numpy's own wants numbers it knows."""
+    product = np.empty_like(a)
+    product[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    product[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    product[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product

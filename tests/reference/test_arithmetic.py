@@ -13,7 +13,7 @@ from impulsekit.errors import MissingExtraError, NotFiniteError, RangeError
 from impulsekit.reference import Arithmetic, rotation
 
 ALL = [
-    Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(50), Arithmetic.precise(50),
+    Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(50),
 ]  # fmt: skip
 each = pytest.mark.parametrize("numbers", ALL, ids=lambda a: a.name)
 
@@ -98,16 +98,6 @@ def test_the_users_mpmath_is_left_alone():
     assert mpmath.mp.dps == before
 
 
-def test_mpfr_and_mpmath_have_the_same_digits():
-    both = Arithmetic.mpmath(50), Arithmetic.precise(50)
-    assert [numbers.name for numbers in both] == ["mpmath, 50 digits", "MPFR, 50 digits"]
-    with both[1].precision():
-        angles = [hilbert(numbers, 5).sum() for numbers in both]
-        for of in ("sin", "cos", "sqrt"):
-            mine, other = (getattr(n, of)(x) for n, x in zip(both, angles, strict=True))
-            assert abs(both[0].number(other) - mine) < 4 * both[0].epsilon
-
-
 def test_without_mpmath_the_way_to_it_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "mpmath", None)
     with pytest.raises(MissingExtraError, match=r"pip install .\.\[reference\]. in impulsekit"):
@@ -118,8 +108,6 @@ def test_without_mpmath_the_way_to_it_is_said(monkeypatch):
 def test_digits_are_checked(digits):
     with pytest.raises(RangeError, match="a whole number from 16 up"):
         Arithmetic.mpmath(digits)
-    with pytest.raises(RangeError, match="a whole number from 16 up"):
-        Arithmetic.precise(digits)
 
 
 @each

@@ -60,8 +60,7 @@ from impulsekit.reference import *
 from benchmarks.truths.maximal import impact_of_free_bodies
 
 urdf, rod = sys.argv[1:]
-for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(60),
-                   Arithmetic.precise(60)):
+for arithmetic in (Arithmetic.double(), Arithmetic.long_double(), Arithmetic.mpmath(60)):
     bars = KaneSystem.from_urdf(urdf, arithmetic=arithmetic)
     ball = KaneSystem.from_urdf(rod, root="freeflyer", arithmetic=arithmetic)
     both = KaneSystem.combine({"ball": ([0, 0, 1], arithmetic.eye(3))}, bars=bars, ball=ball)
