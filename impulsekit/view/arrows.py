@@ -1,4 +1,4 @@
-"""The drawing of an impact: arrows for impulses, velocities, couples; marks for contacts."""
+"""The arrows of an impact: impulses, couples, reactions, velocities, and marks of contacts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ KINDS = {
     "after": ("velocity after", "m/s", (0.08, 0.44, 0.90)),
     "force": ("contact force", "N", (0.85, 0.20, 0.48)),
 }
-COLORS = {
+# Contact points are marked by their mode, across their normal.
+MODES = {
     "sticking": (0.16, 0.58, 0.34),
     "sliding": (0.93, 0.60, 0.12),
     "separated": (0.55, 0.60, 0.65),
@@ -47,7 +48,7 @@ class Arrow:
     """A vector at a point.
 
     Attributes:
-        kind: a key of ``KINDS``.
+        kind: a key of ``KINDS``; "contact" marks a contact point, with its normal as vector.
         name: the entry of the scene, the joint or the point it belongs to.
         origin: (3,) where it starts, in the world [m].
         vector: (3,) in world axes, in the unit of its kind.
@@ -64,21 +65,31 @@ class Arrow:
 
     @property
     def size(self) -> float:
-        """Its length in the unit of its kind."""
+        """The length in the unit of its kind."""
         return float(np.linalg.norm(self.vector))
 
     @property
+    def group(self) -> str:
+        """The arrows and marks that a row of the legend shows or hides together."""
+        return f"contact {self.mode}" if self.kind == "contact" else self.kind
+
+    @property
+    def color(self) -> tuple[float, float, float]:
+        """Red, green and blue."""
+        return MODES[self.mode] if self.kind == "contact" else KINDS[self.kind][2]
+
+    @property
     def label(self) -> str:
-        """What the page says of it, such as "floor: 5.3 N s, sliding"."""
+        """The text of the page, such as "floor: 5.3 N s, sliding"."""
+        if self.kind == "contact":
+            return f"{self.name}: {self.mode}"
         words, unit, _ = KINDS[self.kind]
-        said = [] if self.kind == "impulse" else [words]
-        return ", ".join(
-            [f"{self.name}: {self.size:.3g} {unit}", *said, *filter(None, [self.mode])]
-        )
+        more = [words] * (self.kind != "impulse") + [self.mode] * bool(self.mode)
+        return ", ".join([f"{self.name}: {self.size:.3g} {unit}", *more])
 
 
 def summary(arrows: Iterable[Arrow]) -> str:
-    """The impulses of an impact in a line: by entry the resultant, the largest first.
+    """Return the impulses of an impact in a line: by entry the resultant, the largest first.
 
     Example:
         >>> foot = [Arrow("impulse", "foot", np.zeros(3), np.array([0, 0, 1.5]))] * 2
@@ -98,16 +109,6 @@ def summary(arrows: Iterable[Arrow]) -> str:
     return "; ".join([*(item.label for item in whole[:MOST_SAID]), *more])
 
 
-@dataclass(frozen=True, eq=False)
-class Mark:
-    """A contact point: where it is, (3,) [m], its (3,) normal, and its mode."""
-
-    name: str
-    position: np.ndarray
-    normal: np.ndarray
-    mode: str
-
-
 def impact_arrows(
     impact: Impact,
     *,
@@ -115,7 +116,7 @@ def impact_arrows(
     velocities: bool = True,
     reactions: bool | Sequence[str] = False,
 ) -> list[Arrow]:
-    """The arrows of an impact.
+    """Return the arrows of an impact and the marks of its contact points.
 
     Args:
         impact: the impact.
@@ -136,23 +137,13 @@ def impact_arrows(
 
 
 def largest_sizes(arrows: Iterable[Arrow]) -> dict[str, float]:
-    """The size of the longest arrow of each kind there is, in its unit."""
+    """Return the size of the longest arrow of each kind there is, in its unit."""
     largest: dict[str, float] = {}
     for arrow in arrows:
         largest[arrow.kind] = max(largest.get(arrow.kind, 0.0), arrow.size)
     # Both velocities share one scale, so that the eye can compare them.
     speed = max(largest.get("before", 0.0), largest.get("after", 0.0))
     return largest | {kind: speed for kind in ("before", "after") if kind in largest}
-
-
-def impact_marks(impact: Impact) -> list[Mark]:
-    """The contact points of an impact."""
-    return [
-        Mark(result.name, np.array(point.position), np.array(point.normal), point.mode)
-        for result in impact.contacts
-        for point in result.points
-        if point.position is not None and point.normal is not None
-    ]
 
 
 def _known(impact: Impact) -> Iterator[Arrow]:
@@ -186,9 +177,10 @@ def _constraints(impact: Impact) -> Iterator[Arrow]:
 def _contacts(impact: Impact) -> Iterator[Arrow]:
     for entry, result in zip(impact.scene.contacts, impact.contacts, strict=True):
         for point in result.points:
-            if point.position is not None:
-                place = np.array(point.position)
+            if point.position is not None and point.normal is not None:
+                place, normal = np.array(point.position), np.array(point.normal)
                 yield Arrow("impulse", result.name, place, point.impulse, mode=point.mode)
+                yield Arrow("contact", result.name, place, normal, mode=point.mode)
             elif entry.joint_names:
                 yield from _in_joint(impact, result.name, entry.joint_names[0], point.impulse)
 

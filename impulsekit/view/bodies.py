@@ -1,46 +1,68 @@
-"""The shapes of a robot on each joint, with simple bodies where pictures are missing."""
+"""The bodies of a replay: the shapes on each joint, simple ones where pictures are missing."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
+import coal
 import numpy as np
 import pinocchio as pin
 
 from ..errors import UrdfError
-from ..robot import Robot
-from .surfaces import Surface, box, cylinder, ellipsoid, mesh, rounded
-
-if TYPE_CHECKING:
-    from ..robot import RobotPart
-    from ..robot.masses import Link
+from ..robot import Robot, RobotPart
+from ..robot.masses import Link
+from .drawing import Drawing, capsule, cylinder, node_name, node_path, shapes
+from .motions import Shown
 
 # A box is drawn no thinner than this share of its longest edge.
 THINNEST = 0.04
 # A mass without inertia is drawn as a ball of this density [kg/m³].
 DENSITY = 2000.0
+# Collada is read twice, by Pinocchio and for its colours; both must agree this well.
+SAME_SIZE = 1e-3
+# Links without a colour of their own take these in turn, so that neighbours differ.
+PALETTE = ((0.36, 0.47, 0.58), (0.66, 0.71, 0.76))
+# Where there are several robots, the first one takes the first of these, and so on.
+ROBOTS = (
+    (0.36, 0.47, 0.58),
+    (0.80, 0.47, 0.22),
+    (0.35, 0.60, 0.38),
+    (0.58, 0.40, 0.66),
+    (0.80, 0.66, 0.24),
+    (0.25, 0.60, 0.64),
+)
+# Of several robots, this share of every colour is the robot's own.
+OWN_SHARE = 0.6
+# What Pinocchio paints a visual that has no material.
+NO_MATERIAL = (0.9, 0.9, 0.9, 1.0)
+GHOST_OPACITY = 0.22
+# [m] The size of what has none, to draw it at all.
+LEAST_REACH = 1e-6
+# For the camera's fit a motion is looked at in so many poses.
+LOOKS = 60
+# Which corner of a box has the larger x, y and z.
+CORNERS = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)], dtype=bool)
 
 
-def simple_body(link: Link) -> tuple[Surface, pin.SE3] | None:
-    """A surface for a link and its placement in the link's joint; None for a massless link.
-
-    The box is uniform, and has the link's mass, mass centre and inertia.
-    """
+def simple_body(link: Link) -> pin.GeometryObject | None:
+    """Return the uniform box with a link's mass and inertia; None for a massless link."""
     if link.mass <= 0.0:
         return None
-    if not link.inertia_in_joint_axes.any():
-        radius = (3.0 * link.mass / (4.0 * np.pi * DENSITY)) ** (1.0 / 3.0)
-        return ellipsoid(np.full(3, radius)), pin.SE3(np.eye(3), link.com_in_joint)
-    lengths, rotation = equivalent_box(link.mass, link.inertia_in_joint_axes)
-    return box(lengths), pin.SE3(rotation, link.com_in_joint)
+    shape: coal.ShapeBase = coal.Sphere((3.0 * link.mass / (4.0 * np.pi * DENSITY)) ** (1.0 / 3.0))
+    rotation = np.eye(3)
+    if link.inertia_in_joint_axes.any():
+        lengths, rotation = equivalent_box(link.mass, link.inertia_in_joint_axes)
+        shape = coal.Box(*lengths)
+    placement = pin.SE3(rotation, link.com_in_joint)
+    return pin.GeometryObject(link.name, link.joint_id, link.frame_id, placement, shape)
 
 
 def equivalent_box(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The uniform box with a ``mass`` [kg] and a (3, 3) ``inertia`` about its centre [kg m²].
+    """Compute the uniform box with a ``mass`` [kg] and an ``inertia`` about its centre [kg m²].
 
     Returns:
         (3,) edge lengths [m], from I_x = m (b² + c²)/12 and the two like it, and (3, 3)
@@ -64,62 +86,41 @@ def equivalent_box(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.nda
     return np.maximum(lengths, THINNEST * longest), axes
 
 
-# Collada is read twice, by Pinocchio and for its colours; both must agree this well.
-SAME_SIZE = 1e-3
-
-
-def surface_of(item: pin.GeometryObject) -> Surface | None:
-    """The surface of a geometry object in its own frame; None where there is none to draw."""
+def drawn_shape(item: pin.GeometryObject) -> shapes.Geometry | None:
+    """Return the player's shape of a geometry object, in its own frame; None where it has none."""
     shape = item.geometry
     kind = type(shape).__name__
     if kind == "Box":
-        return box(2.0 * np.array(shape.halfSide))
-    if kind == "Sphere":
-        return ellipsoid(np.full(3, shape.radius))
-    if kind == "Ellipsoid":
-        return ellipsoid(np.array(shape.radii))
-    if kind == "Cylinder":
-        return cylinder(shape.radius, shape.halfLength)
-    if kind == "Cone":
-        return cylinder(shape.radius, shape.halfLength, top_radius=0.0)
+        return shapes.Box((2.0 * np.array(shape.halfSide)).tolist())
+    if kind in ("Sphere", "Ellipsoid"):
+        return shapes.Ellipsoid([shape.radius] * 3 if kind == "Sphere" else np.array(shape.radii))
+    if kind in ("Cylinder", "Cone"):
+        return cylinder(shape.radius, shape.halfLength, 0.0 if kind == "Cone" else None)
     if kind == "Capsule":
-        return rounded(shape.radius, shape.halfLength)
-    if hasattr(shape, "vertices") and hasattr(shape, "tri_indices"):
-        return _triangles(item)
+        return capsule(shape.radius, shape.halfLength)
     if kind.startswith("Convex"):
-        return _convex(shape)
-    return None
-
-
-def _triangles(item: pin.GeometryObject) -> Surface | None:
-    shape = item.geometry
-    vertices = np.array(shape.vertices(), dtype=np.float32).reshape(-1, 3)
-    triangles = (shape.tri_indices(i) for i in range(shape.num_tris))
-    faces = np.array([(t[0], t[1], t[2]) for t in triangles], dtype=np.uint32)
-    if not len(faces):
+        points = np.array([shape.point(i) for i in range(shape.num_points)])
+        hull = coal.Convex.convexHull(points, True, "")
+        faces = [list(hull.polygons(i)) for i in range(hull.num_polygons)]
+        return shapes.TriangularMeshGeometry(points, faces)
+    if not getattr(shape, "num_tris", 0):
         return None
-    plain = mesh(vertices, faces)
-    if not item.overrideMaterial and item.meshPath.lower().endswith(".dae"):
-        return _colored(item.meshPath, np.array(item.meshScale).ravel(), plain) or plain
-    return plain
+    colored = None if item.overrideMaterial else _colored(item)
+    if colored is not None:
+        return colored
+    triangles = (shape.tri_indices(i) for i in range(shape.num_tris))
+    faces = [[t[0], t[1], t[2]] for t in triangles]
+    return shapes.TriangularMeshGeometry(np.array(shape.vertices()).reshape(-1, 3), faces)
 
 
-def _convex(shape: Any) -> Surface:
-    import coal
-
-    points = np.array([shape.point(i) for i in range(shape.num_points)])
-    hull = coal.Convex.convexHull(points, True, "")
-    return mesh(points, np.array([list(hull.polygons(i)) for i in range(hull.num_polygons)]))
-
-
-def _colored(path: str, scale: np.ndarray, plain: Surface) -> Surface | None:
-    """A Collada file with a colour for each part; None if it has none or reads otherwise."""
-    if not os.path.isfile(path):
+def _colored(item: pin.GeometryObject) -> shapes.TriangularMeshGeometry | None:
+    """Return a Collada file with a colour for each part; None if it has none or reads otherwise."""
+    if not (item.meshPath.lower().endswith(".dae") and os.path.isfile(item.meshPath)):
         return None
     try:
         import trimesh
 
-        scene: Any = trimesh.load(path, force="scene", process=False)
+        scene: Any = trimesh.load(item.meshPath, force="scene", process=False)
         parts = [_part(part) for part in scene.dump() if len(part.faces)]
     except Exception:
         # Colours are a courtesy: whatever a reader stumbles over, the plain mesh is there.
@@ -129,14 +130,15 @@ def _colored(path: str, scale: np.ndarray, plain: Surface) -> Surface | None:
     starts = np.cumsum([0, *(len(vertices) for vertices, _, _ in parts[:-1])])
     faces = np.concatenate([faces + k for (_, faces, _), k in zip(parts, starts, strict=True)])
     vertices, colors = (np.concatenate([part[i] for part in parts]) for i in (0, 2))
-    whole = mesh(vertices * scale, faces, colors)
-    size = float(np.ptp(plain.corners, axis=0).max())
-    same = np.abs(whole.corners - plain.corners).max() <= SAME_SIZE * size
-    return whole if same else None
+    vertices = vertices * np.array(item.meshScale).ravel()
+    ends, plain = np.array([vertices.min(axis=0), vertices.max(axis=0)]), box_of(item)
+    if np.abs(ends - plain).max() > SAME_SIZE * np.ptp(plain, axis=0).max():
+        return None
+    return shapes.TriangularMeshGeometry(vertices, faces, colors)
 
 
 def _part(part: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The vertices, faces and colours of a part."""
+    """Return the vertices, faces and colours of a part."""
     material = getattr(part.visual, "material", None)
     color = getattr(material, "main_color", None)
     rgb = np.array([230, 230, 230] if color is None else color[:3], dtype=float) / 255.0
@@ -147,123 +149,99 @@ def _part(part: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return corners, faces, np.tile(rgb, (len(corners), 1))
 
 
-# Links without a colour of their own take these in turn, so that neighbours differ.
-PALETTE: tuple[tuple[float, float, float, float], ...] = (
-    (0.36, 0.47, 0.58, 1.0),
-    (0.66, 0.71, 0.76, 1.0),
-)
-# Where there are several robots, the first one takes the first of these, and so on.
-ROBOTS: tuple[tuple[float, float, float], ...] = (
-    (0.36, 0.47, 0.58),
-    (0.80, 0.47, 0.22),
-    (0.35, 0.60, 0.38),
-    (0.58, 0.40, 0.66),
-    (0.80, 0.66, 0.24),
-    (0.25, 0.60, 0.64),
-)
-# Of several robots, this share of every colour is the robot's own.
-OWN_SHARE = 0.6
-# What Pinocchio paints a visual that has no material.
-_NO_MATERIAL = (0.9, 0.9, 0.9, 1.0)
+def box_of(item: pin.GeometryObject) -> np.ndarray:
+    """Return (2, 3): the least and the greatest coordinates of a geometry in its own frame [m]."""
+    item.geometry.computeLocalAABB()
+    box = item.geometry.aabb_local
+    return np.array([box.min_, box.max_])
 
 
 @dataclass(frozen=True, eq=False)
 class BodyShape:
-    """One surface fixed to a joint.
+    """One shape fixed to a joint.
 
     Attributes:
-        name: the geometry's name in the URDF, or the link's.
-        joint_id: the joint that carries it; 0 for what stands still in the world.
-        surface: the triangles.
-        placement: in the joint's frame.
+        item: Pinocchio's, with its name, joint and placement; joint 0 stands still.
+        shape: the player's.
         color: red, green, blue and opacity.
-        simple: whether it stands for a link that has no picture.
         body: the link's name.
     """
 
-    name: str
-    joint_id: int
-    surface: Surface
-    placement: pin.SE3
-    color: tuple[float, float, float, float]
-    simple: bool = False
-    body: str = ""
+    item: pin.GeometryObject
+    shape: shapes.Geometry
+    color: tuple[float, ...]
+    body: str
+
+    @property
+    def corners(self) -> np.ndarray:
+        """(8, 3) the corners of the box around it, in the joint's frame [m]."""
+        low, high = box_of(self.item)
+        return np.array([self.item.placement.act(x) for x in np.where(CORNERS, high, low)])
 
 
 def body_shapes(robot: Robot) -> tuple[tuple[BodyShape, ...], tuple[str, ...]]:
-    """The shapes of a robot, and a sentence for each mesh that could not be read.
+    """Return the shapes of a robot, and a sentence for each mesh that could not be read.
 
     A body without any visual, or a link whose mesh is missing, is drawn as a simple body.
     """
     readable, dropped, notes = _without_missing_meshes(robot)
-    shapes = _visuals(readable, notes)
+    found = []
+    for item in readable.visual_model.geometryObjects:
+        shape = drawn_shape(item)
+        if shape is None:
+            notes.append(f'"{item.name}" is a {type(item.geometry).__name__}, which is not drawn')
+            continue
+        body = robot.model.frames[item.parentFrame].name
+        found.append(BodyShape(item, shape, _color_of(item, shape), body))
     # What is fixed to a link that has a picture needs none of its own.
-    pictured = {shape.joint_id for shape in shapes}
+    pictured = {each.item.parentJoint for each in found}
     for i, link in enumerate(robot.links):
         if link.joint_id in pictured and link.name not in dropped:
             continue
-        body = simple_body(link)
-        if body is not None:
-            color = PALETTE[i % len(PALETTE)]
-            shapes.append(BodyShape(link.name, link.joint_id, *body, color, True, link.name))
-    if len(robot.parts) > 1:
-        colors = robot_colors(robot)
-        shapes = [_tinted(shape, colors) for shape in shapes]
-    return tuple(shapes), tuple(notes)
+        item = simple_body(link)
+        if item is not None:
+            color = (*PALETTE[i % len(PALETTE)], 1.0)
+            found.append(BodyShape(item, drawn_shape(item), color, link.name))
+    # Of several robots, each has its own tint, with a part of the links' own colours.
+    for prefix, own in robot_colors(robot).items():
+        for i, each in enumerate(found):
+            if each.body.startswith(prefix):
+                mixed = OWN_SHARE * np.array(own) + (1.0 - OWN_SHARE) * np.array(each.color[:3])
+                found[i] = replace(each, color=(*mixed.tolist(), each.color[3]))
+    return tuple(found), tuple(notes)
 
 
 def robot_colors(robot: Robot) -> dict[str, tuple[float, float, float]]:
-    """By prefix, such as "arm/", the colour of each robot of several; the same at every look."""
-    return {part.prefix: ROBOTS[i % len(ROBOTS)] for i, part in enumerate(robot.parts)}
+    """Return by prefix, such as "arm/", the colour of each robot of several."""
+    parts = robot.parts if len(robot.parts) > 1 else ()
+    return {part.prefix: ROBOTS[i % len(ROBOTS)] for i, part in enumerate(parts)}
 
 
-def _tinted(shape: BodyShape, colors: Mapping[str, tuple[float, float, float]]) -> BodyShape:
-    """A shape in its robot's colour, with a part of its own so that links are told apart."""
-    own = next((c for prefix, c in colors.items() if shape.body.startswith(prefix)), None)
-    if own is None:
-        return shape
-    share = OWN_SHARE * np.array(own)
-    mixed = (share + (1.0 - OWN_SHARE) * np.array(shape.color[:3])).tolist()
-    return replace(shape, color=(*mixed, shape.color[3]))
-
-
-def _visuals(robot: Robot, notes: list[str]) -> list[BodyShape]:
-    """The shapes of the URDFs; what cannot be drawn goes to the notes."""
-    shapes: list[BodyShape] = []
-    for item in robot.visual_model.geometryObjects:
-        surface = surface_of(item)
-        if surface is None:
-            notes.append(f'"{item.name}" is a {type(item.geometry).__name__}, which is not drawn')
-            continue
-        red, green, blue, opacity = (float(c) for c in item.meshColor)
-        color = (red, green, blue, opacity if opacity > 0.0 else 1.0)
-        if surface.colored:
-            # Multiplied with the colours of its vertices.
-            color = (1.0, 1.0, 1.0, color[3])
-        elif not item.overrideMaterial and np.allclose(color, _NO_MATERIAL):
-            color = PALETTE[item.parentJoint % len(PALETTE)]
-        placement = pin.SE3(item.placement)
-        body = robot.model.frames[item.parentFrame].name
-        shapes.append(BodyShape(item.name, item.parentJoint, surface, placement, color, body=body))
-    return shapes
+def _color_of(item: pin.GeometryObject, shape: shapes.Geometry) -> tuple[float, ...]:
+    *color, opacity = (float(c) for c in item.meshColor)
+    opacity = opacity if opacity > 0.0 else 1.0
+    if getattr(shape, "color", None) is not None:
+        # Multiplied with the colours of its vertices.
+        return (1.0, 1.0, 1.0, opacity)
+    if not item.overrideMaterial and np.allclose([*color, opacity], NO_MATERIAL):
+        color = list(PALETTE[item.parentJoint % len(PALETTE)])
+    return (*color, opacity)
 
 
 def _without_missing_meshes(robot: Robot) -> tuple[Robot, set[str], list[str]]:
-    """The robot without visuals whose meshes cannot be read, those links, and why."""
-    try:
-        _ = robot.visual_model
-        return robot, set(), []
-    except UrdfError:
-        pass
-    parts: list[RobotPart] = []
+    """Return the robot without visuals whose meshes cannot be read, those links, and why."""
     dropped: set[str] = set()
     notes: list[str] = []
-    for part in robot.parts:
-        parts.append(_cleaned(part, dropped, notes))
-    return Robot(robot.model, parts, robot.name), dropped, notes
+    try:
+        _ = robot.visual_model
+    except UrdfError:
+        parts = [_cleaned(part, dropped, notes) for part in robot.parts]
+        robot = Robot(robot.model, parts, robot.name)
+    return robot, dropped, notes
 
 
 def _cleaned(part: RobotPart, dropped: set[str], notes: list[str]) -> RobotPart:
+    """Return a part without the visuals of unreadable meshes; adds to ``dropped`` and ``notes``."""
     if part.urdf is None:
         return part
     tree = ElementTree.fromstring(part.urdf)
@@ -274,42 +252,147 @@ def _cleaned(part: RobotPart, dropped: set[str], notes: list[str]) -> RobotPart:
             _ = Robot(model, [replace(cleaned, prefix="", placement=None)], "").visual_model
             return cleaned
         except UrdfError as error:
-            links = _drop_unreadable(tree, str(error))
-            if not links:
+            visuals = [
+                (link, visual, mesh.get("filename", "").removeprefix("package://"))
+                for link in tree.findall("link")
+                for visual in link.findall("visual")
+                if (mesh := visual.find("geometry/mesh")) is not None
+            ]
+            # Those with the mesh that the message names; all of them if it names none.
+            named = [each for each in visuals if each[2] and each[2] in str(error)] or visuals
+            if not named:
                 raise
-            dropped.update(part.prefix + link for link in links)
+            for link, visual, _ in named:
+                link.remove(visual)
+            links = [part.prefix + link.get("name", "") for link, _, _ in named]
+            dropped.update(links)
             several = f" and {len(links) - 1} more" if len(links) > 1 else ""
-            notes.append(f'"{part.prefix}{links[0]}"{several} drawn as a simple body: {error}')
+            notes.append(f'"{links[0]}"{several} drawn as a simple body: {error}')
 
 
-def _drop_unreadable(tree: ElementTree.Element, message: str) -> list[str]:
-    """Take out the visuals with the mesh that a message names; all of them if it names none.
+@dataclass(frozen=True, eq=False)
+class Actors:
+    """A robot's shapes and where its joints are in every frame.
 
-    Returns:
-        The links that lost one.
+    Attributes:
+        shown: the motion.
+        shapes: those on its joints.
+        places: (F, njoints, 7) of every joint in the world, xyz [m] and quaternion xyzw.
+        corners: (n, 3) corners of boxes around the shapes over the motion [m].
+        subject: (m, 3) those of what moves, for the middle of the picture [m].
+        reach: between the radius of one pose and that of the motion [m]; arrows go by it.
+        notes: what is drawn otherwise than wished.
     """
-    visuals = [
-        (link, visual, mesh.get("filename", ""))
-        for link in tree.findall("link")
-        for visual in link.findall("visual")
-        if (mesh := visual.find("geometry/mesh")) is not None
+
+    shown: Shown
+    shapes: tuple[BodyShape, ...]
+    places: np.ndarray
+    corners: np.ndarray
+    subject: np.ndarray
+    reach: float
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, shown: Shown, times: np.ndarray) -> Actors:
+        """Return the actors of a motion at (F,) ``times`` of it [s]."""
+        shapes, notes = body_shapes(shown.robot)
+        places = joint_places(shown, times)
+        looks = np.unique(np.linspace(0, len(times) - 1, min(LOOKS, len(times))).astype(int))
+        own = [
+            np.array([x for each in shapes if each.item.parentJoint == i for x in each.corners])
+            for i in range(places.shape[1])
+        ]
+        poses = [_corners(own, places[i]) for i in looks]
+        corners = np.concatenate(poses)
+        moves = np.ptp(places, axis=0).max(axis=1) > 0.0
+        moving = [x for x, one in zip(own, moves, strict=True) if one]
+        subject = [_corners(moving, places[i, moves]) for i in looks] if moves.any() else poses
+        size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses)
+        whole = float(np.linalg.norm(np.ptp(corners, axis=0)))
+        reach = max(0.5 * float(np.sqrt(size * whole)), LEAST_REACH)
+        return cls(shown, shapes, places, corners, np.concatenate(subject), reach, notes)
+
+    @property
+    def nodes(self) -> dict[str, str]:
+        """By joint name, the path of its node in the player."""
+        names = self.shown.robot.joint_names
+        return {name: node_path(_node(i, name)) for i, name in enumerate(names, 1)}
+
+    @property
+    def labels(self) -> list[tuple[str, str]]:
+        """The node of every shape, with what the page calls it: its link and its joint."""
+        names = self.shown.robot.joint_names
+        return [
+            (
+                node_path(path),
+                f"{each.body}, joint {names[joint - 1]}" if joint else f"{each.body}, fixed",
+            )
+            for path, each in self._drawn()
+            for joint in (each.item.parentJoint,)
+        ]
+
+    @property
+    def followed(self) -> list[tuple[str, float, list[float]]]:
+        """The node, mass [kg] and mass centre in the node [m] of every moving joint."""
+        inertias = list(self.shown.robot.model.inertias)[1:]
+        return [
+            (path, float(body.mass), np.asarray(body.lever).tolist())
+            for path, body in zip(self.nodes.values(), inertias, strict=True)
+            if body.mass > 0.0
+        ]
+
+    def draw(self, drawing: Drawing, times: np.ndarray, ghosts: Sequence[float] = ()) -> None:
+        """Draw the bodies and let them move at (F,) playback ``times`` [s].
+
+        Faint copies of those that move stay at the ``ghosts``, instants of the motion [s].
+        """
+        for i, name in enumerate(self.shown.robot.joint_names, 1):
+            drawing.move(_node(i, name), times, self.places[:, i])
+        poses = joint_places(self.shown, np.array(ghosts)) if len(ghosts) else ()
+        for path, each in self._drawn():
+            drawing.add(path, each.shape, each.color)
+            drawing.place(path, each.item.placement)
+            joint = each.item.parentJoint
+            if joint and len(poses):
+                copies = [pin.XYZQUATToSE3(pose[joint]) * each.item.placement for pose in poses]
+                color = (*each.color[:3], GHOST_OPACITY)
+                drawing.add(("ghosts", path[-1]), each.shape, color, copies)
+
+    def _drawn(self) -> list[tuple[tuple[str, ...], BodyShape]]:
+        """Return the path of every shape, below that of its joint, and the shape."""
+        names = ("world", *self.shown.robot.joint_names)
+        return [
+            ((*_node(joint, names[joint]), node_name(i, each.item.name)), each)
+            for i, each in enumerate(self.shapes)
+            for joint in (each.item.parentJoint,)
+        ]
+
+
+def joint_places(shown: Shown, times: np.ndarray) -> np.ndarray:
+    """Return (F, njoints, 7): where the joints are at (F,) ``times`` of a motion [s]."""
+    model = shown.robot.model
+    data = model.createData()
+    places = np.empty((len(times), model.njoints, 7))
+    for row, q in zip(places, shown.at(times), strict=True):
+        pin.forwardKinematics(model, data, q)
+        for joint_id, placement in enumerate(data.oMi):
+            row[joint_id] = pin.SE3ToXYZQUAT(placement)
+    return places
+
+
+def _node(joint_id: int, name: str) -> tuple[str, str]:
+    return ("bodies", node_name(joint_id, name))
+
+
+def _corners(own: Sequence[np.ndarray], pose: np.ndarray) -> np.ndarray:
+    """Return (n, 3) corners in one pose, in the world; joints where there is no shape.
+
+    ``own``: (n, 3) corners of the shapes on each joint, in its frame.
+    """
+    found = [
+        corners @ placement.rotation.T + placement.translation
+        for corners, place in zip(own, pose, strict=True)
+        if len(corners)
+        for placement in (pin.XYZQUATToSE3(place),)
     ]
-    named = [entry for entry in visuals if entry[2] and _tail(entry[2]) in message]
-    for link, visual, _ in named or visuals:
-        link.remove(visual)
-    return [link.get("name", "") for link, _, _ in named or visuals]
-
-
-def _tail(filename: str) -> str:
-    return filename.removeprefix("package://").removeprefix("file://")
-
-
-def corners_of(shapes: Sequence[BodyShape], joint_id: int) -> np.ndarray:
-    """(n, 3) corners of boxes around the shapes on a joint, in the joint's frame [m]."""
-    corners = [
-        shape.placement.act(corner)
-        for shape in shapes
-        if shape.joint_id == joint_id
-        for corner in shape.surface.corners
-    ]
-    return np.array(corners).reshape(-1, 3)
+    return np.concatenate(found) if found else pose[:, :3]

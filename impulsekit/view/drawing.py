@@ -5,51 +5,37 @@ from __future__ import annotations
 import pathlib
 import warnings
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
+import umsgpack
 
 from ..errors import MissingExtraError
-from .surfaces import Surface, mesh, typed
+
+with warnings.catch_warnings():
+    # meshcat 0.3.2 still imports an event loop that pyzmq has given up. No server is started.
+    warnings.filterwarnings("ignore", message=r"zmq\.eventloop\.ioloop", append=False)
+    warnings.filterwarnings("ignore", category=SyntaxWarning, module=r"meshcat\.")
+    import meshcat
+    from meshcat import geometry as shapes
+
+ROOT = "impulsekit"
+SEGMENTS = 32
 
 
-def meshcat() -> ModuleType:
-    """The package meshcat; no server is started and no port is opened.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
-    with warnings.catch_warnings():
-        # meshcat 0.3.2 still imports an event loop that pyzmq has given up.
-        warnings.filterwarnings("ignore", message=r"zmq\.eventloop\.ioloop", append=False)
-        warnings.filterwarnings("ignore", category=SyntaxWarning, module=r"meshcat\.")
-        try:
-            import meshcat
-        except ImportError as error:
-            raise MissingExtraError(
-                f"a replay needs meshcat: pip install meshcat ({error})",
-                package="meshcat",
-                extra="",
-            ) from None
-    return meshcat
-
-
-def packed(command: dict) -> bytes:
-    """A command as meshcat's player reads it."""
-    import umsgpack
-
+def packed(command: dict[str, Any]) -> bytes:
+    """Pack a command as meshcat's player reads it."""
     return umsgpack.packb(command)
 
 
 def player_script() -> str:
-    """The JavaScript of meshcat's own player, from the installed package.
+    """Return the JavaScript of meshcat's own player, from the installed package.
 
     Raises:
         MissingExtraError: the package came without it.
     """
-    path = pathlib.Path(str(meshcat().__file__)).parent / "viewer" / "dist" / "main.min.js"
+    path = pathlib.Path(str(meshcat.__file__)).parent / "viewer" / "dist" / "main.min.js"
     try:
         return path.read_text(encoding="utf-8")
     except OSError:
@@ -60,17 +46,85 @@ def player_script() -> str:
         ) from None
 
 
-ROOT = "impulsekit"
-
-
 def node_name(index: int, name: str) -> str:
-    """A node's name: never the same twice, never a path, never a word JavaScript knows.
+    """Return a node's name: never the same twice, never a path, never a word JavaScript knows.
 
     Example:
         >>> node_name(3, "arm/elbow")
         '3 arm:elbow'
     """
     return f"{index} {name.replace('/', ':')}"
+
+
+def node_path(path: Sequence[str]) -> str:
+    """Return the path of a node in the player."""
+    return "/" + "/".join((ROOT, *path))
+
+
+class Lathe(shapes.Geometry):
+    """The surface that a (p, 2) profile of radius and height [m] sweeps about the z axis.
+
+    A point that stands twice in a row is an edge, which stays sharp.
+    """
+
+    def __init__(self, profile: Any, segments: int = SEGMENTS) -> None:
+        super().__init__()
+        self.points = [{"x": float(x), "y": float(y)} for x, y in profile]
+        self.segments = segments
+
+    def intrinsic_transform(self) -> np.ndarray:
+        """Return the rotation that undoes the player's, which turns profiles about its y axis."""
+        return np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
+
+    def lower(self, _data: dict[str, Any]) -> dict[str, Any]:
+        """Return it as three.js writes it."""
+        whole = {"phiStart": 0.0, "phiLength": 2.0 * np.pi, "segments": self.segments}
+        return {"uuid": self.uuid, "type": "LatheGeometry", "points": self.points} | whole
+
+
+def capsule(radius: float, half_length: float) -> Lathe:
+    """Return a cylinder along z of twice the ``half_length`` with round ends [m]."""
+    angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, SEGMENTS // 2 + 2)
+    heights = radius * np.sin(angles) + np.where(angles > 0.0, half_length, -half_length)
+    return Lathe(np.column_stack([radius * np.maximum(np.cos(angles), 0.0), heights]))
+
+
+def cylinder(radius: float, half_length: float, top_radius: float | None = None) -> Lathe:
+    """Return a cylinder along z about the origin; with a ``top_radius`` a cone [m]."""
+    top = radius if top_radius is None else top_radius
+    low, high = (radius, -half_length), (top, half_length)
+    return Lathe([(0.0, -half_length), low, low, high, high, (0.0, half_length)])
+
+
+def arrow(length: float, width: float, heads: int = 1) -> Lathe:
+    """Return an arrow along z from the origin to ``length``, its shaft ``width`` thick [m].
+
+    Two ``heads`` stand for a couple. A short arrow gets a smaller head, never a longer body.
+    """
+    head = min(3.2 * width, 0.8 * length / heads)
+    shaft, rim = 0.5 * min(width, 0.5 * head), 0.36 * head
+    base = length - heads * head
+    profile = [(0.0, 0.0), (shaft, 0.0), (shaft, 0.0), (shaft, base), (shaft, base)]
+    for i in range(heads):
+        z = base + i * head
+        profile += [(rim, z), (rim, z), (0.0, z + head), (0.0, z + head)]
+    return Lathe(profile, 20)
+
+
+class Tube(shapes.Geometry):
+    """A tube of ``radius`` along the (n, 3) ``points`` [m], n of 2 or more."""
+
+    def __init__(self, points: np.ndarray, radius: float) -> None:
+        super().__init__()
+        self.points, self.radius = points, radius
+
+    def lower(self, _data: dict[str, Any]) -> dict[str, Any]:
+        """Return it as three.js writes it."""
+        count = len(self.points)
+        curve = {"type": "CatmullRomCurve3", "points": self.points.tolist(), "closed": False,
+                 "curveType": "centripetal", "arcLengthDivisions": 2 * count}  # fmt: skip
+        return {"uuid": self.uuid, "type": "TubeGeometry", "path": curve, "radius": self.radius,
+                "tubularSegments": count - 1, "radialSegments": 6, "closed": False}  # fmt: skip
 
 
 class Drawing:
@@ -89,7 +143,7 @@ class Drawing:
     def add(
         self,
         path: Sequence[str],
-        surface: Surface,
+        shape: shapes.Geometry,
         color: Sequence[float],
         placements: Sequence[pin.SE3] = (),
         *,
@@ -97,11 +151,11 @@ class Drawing:
         shade: float = 0.0,
         one_sided: bool = False,
     ) -> None:
-        """Draw a surface once, or once at each of several ``placements``.
+        """Draw a shape once, or once at each of several ``placements``.
 
         Args:
             path: the node; its own transform comes on top.
-            surface: what is drawn.
+            shape: what is drawn.
             color: red, green, blue and opacity in [0, 1].
             placements: copies share one geometry.
             glow: how much of its colour shines without light, for arrows.
@@ -109,59 +163,52 @@ class Drawing:
             one_sided: whether it is not seen from behind, as nothing translucent is.
         """
         opacity = float(color[3]) if len(color) > 3 else 1.0
-        base = {
-            "type": "MeshPhongMaterial",
+        solid = opacity == 1.0
+        # Flat shading keeps the edges of CAD parts.
+        flat = isinstance(shape, shapes.TriangularMeshGeometry)
+        look = {
             "color": _hex(color),
-            "vertexColors": surface.colored,
-            # The player works out normals of a mesh for a single one only.
-            "flatShading": surface.flat,
+            "vertexColors": flat and shape.color is not None,
+            "flatShading": flat,
             "shininess": 20,
             "specular": 0x222222,
             "emissive": _hex([glow * c for c in color[:3]]),
         }
-        materials = [
-            base
-            | {
-                "opacity": opacity,
-                "transparent": opacity < 1.0,
-                "side": 2 if opacity == 1.0 and not one_sided else 0,
-                "depthWrite": opacity == 1.0,
-            }
-        ]
+        side = 2 if solid and not one_sided else 0
+        materials = [shapes.MeshPhongMaterial(opacity=opacity, side=side, depthWrite=solid, **look)]
         if shade > 0.0:
-            see = {"opacity": shade, "transparent": True, "depthTest": False, "depthWrite": False}
-            materials.append(base | see)
+            seen = {"transparent": True, "depthTest": False, "depthWrite": False}
+            materials.append(shapes.MeshPhongMaterial(opacity=shade, **seen, **look))
+        data: dict[str, Any] = {"geometries": [], "materials": []}
+        # Names that are the same at every run, unlike meshcat's.
+        shape.uuid = "geometry"
+        shape.lower_in_object(data)
         for i, material in enumerate(materials):
-            material["uuid"] = f"material {i}"
-        turns = [placement.homogeneous @ surface.turn for placement in placements]
+            material.uuid = f"material {i}"
+            material.lower_in_object(data)
+        own = shape.intrinsic_transform()
+        turns = [placement.homogeneous @ own for placement in placements] or [own]
         meshes = [
             {
                 "uuid": f"mesh {i} {j}",
                 "type": "Mesh",
-                "geometry": "geometry",
-                "material": material["uuid"],
+                "geometry": shape.uuid,
+                "material": material.uuid,
                 "matrix": turn.T.ravel().tolist(),
             }
-            for i, turn in enumerate(turns or [surface.turn])
+            for i, turn in enumerate(turns)
             for j, material in enumerate(materials)
         ]
         group = {"uuid": "group", "type": "Group", "children": meshes}
-        self.add_object(
-            self._path(path),
-            meshes[0] if len(meshes) == 1 else group,
-            [surface.geometry | {"uuid": "geometry"}],
-            materials,
-        )
+        self.add_object(node_path(path), meshes[0] if len(meshes) == 1 else group, **data)
 
     def add_lines(self, path: Sequence[str], points: np.ndarray, color: Sequence[float]) -> None:
         """Draw (n, 3) points two by two as thin lines [m]."""
-        faces = np.zeros((0, 3))
-        surface = mesh(points, faces)
-        del surface.geometry["data"]["index"]
+        data = {"attributes": {"position": shapes.pack_numpy_array(points.T)}}
         self.add_object(
-            self._path(path),
+            node_path(path),
             {"uuid": "lines", "type": "LineSegments", "geometry": "points", "material": "line"},
-            [surface.geometry | {"uuid": "points"}],
+            [{"uuid": "points", "type": "BufferGeometry", "data": data}],
             [{"uuid": "line", "type": "LineBasicMaterial", "color": _hex(color)}],
         )
 
@@ -184,7 +231,7 @@ class Drawing:
     def place(self, path: Sequence[str], placement: pin.SE3) -> None:
         """Put a node at a placement in its parent."""
         matrix = placement.homogeneous.T.ravel().tolist()
-        self.commands.append({"type": "set_transform", "path": self._path(path), "matrix": matrix})
+        self.commands.append({"type": "set_transform", "path": node_path(path), "matrix": matrix})
 
     def set(self, path: str, key: str, value: Any) -> None:
         """Set a property of a node, or of the camera or background, at an absolute path."""
@@ -204,43 +251,29 @@ class Drawing:
         It is drawn ``scales`` (F,) as large. What never changes gets no track.
         """
         self.place(path, pin.XYZQUATToSE3(places[0]))
-        if len(times) < 2:
-            return
         tracks = {".position": places[:, :3], ".quaternion": places[:, 3:]}
         if scales is not None:
             tracks[".scale"] = np.repeat(scales[:, None], 3, axis=1)
+            self.set(node_path(path), "scale", tracks[".scale"][0].tolist())
         for name, values in tracks.items():
-            kind = "quaternion" if name == ".quaternion" else "vector3"
             if np.ptp(values, axis=0).max() > 0.0:
-                self._tracks(path).append(_track(name, kind, times, values))
-            elif name == ".scale":
-                self.set(self._path(path), "scale", values[0].tolist())
+                kind = "quaternion" if name == ".quaternion" else "vector3"
+                self._track(path, name, kind, times, _floats(values))
 
     def show_between(self, path: Sequence[str], start: float, end: float, duration: float) -> None:
         """Show a node from ``start`` until before ``end`` of the playback [s], and only then."""
-        if duration == 0.0:
-            return
-        keys = [(0.0, start <= 0.0)]
-        if start > 0.0:
-            keys.append((start, True))
-        if end < duration:
-            keys.append((end, False))
-        times, shown = zip(*keys, strict=True)
-        self.set(self._path(path), "visible", bool(shown[0]))
-        if len(keys) > 1:
-            self._tracks(path).append(
-                {
-                    "name": ".visible",
-                    "type": "bool",
-                    "times": _floats(np.array(times)),
-                    "values": list(shown),
-                }
-            )
+        keys = {0.0: start <= 0.0}
+        if 0.0 < start <= duration:
+            keys[start] = True
+        if 0.0 < end < duration:
+            keys[end] = False
+        if duration > 0.0:
+            self.set(node_path(path), "visible", keys[0.0])
+            if len(keys) > 1:
+                self._track(path, ".visible", "bool", np.array(list(keys)), list(keys.values()))
 
-    def animation(self, duration: float, *, loop: bool) -> dict[str, Any] | None:
-        """The command that loads all tracks; None where nothing moves."""
-        if not self._clips:
-            return None
+    def animate(self, duration: float, *, loop: bool) -> None:
+        """Load all tracks, if anything moves."""
         # One length for all, or clips that end earlier would start again by themselves.
         clips = [
             {
@@ -249,28 +282,23 @@ class Drawing:
             }
             for path, tracks in self._clips.items()
         ]
-        return {
-            "type": "set_animation",
-            "animations": clips,
-            # The player can be moved by hand only after it has started once.
-            "options": {"play": True, "repetitions": 1_000_000 if loop else 1},
-            "path": "",
-        }
+        # The player can be moved by hand only after it has started once.
+        options = {"play": True, "repetitions": 1_000_000 if loop else 1}
+        if clips:
+            self.commands.append(
+                {"type": "set_animation", "animations": clips, "options": options, "path": ""}
+            )
 
-    def _tracks(self, path: Sequence[str]) -> list[dict[str, Any]]:
-        return self._clips.setdefault(self._path(path), [])
-
-    def _path(self, path: Sequence[str]) -> str:
-        return "/" + "/".join((ROOT, *path))
-
-
-def _track(name: str, kind: str, times: np.ndarray, values: np.ndarray) -> dict[str, Any]:
-    # The player keeps single precision; as typed arrays a key costs four bytes a number.
-    return {"name": name, "type": kind, "times": _floats(times), "values": _floats(values)}
+    def _track(
+        self, path: Sequence[str], name: str, kind: str, times: np.ndarray, values: Any
+    ) -> None:
+        track = {"name": name, "type": kind, "times": _floats(times), "values": values}
+        self._clips.setdefault(node_path(path), []).append(track)
 
 
 def _floats(values: np.ndarray) -> Any:
-    return typed(np.asarray(values, dtype=np.float32))
+    # The player keeps single precision; as a typed array a number costs four bytes.
+    return shapes.pack_numpy_array(np.ascontiguousarray(values, dtype=np.float32).ravel())["array"]
 
 
 def _hex(color: Sequence[float]) -> int:

@@ -18,7 +18,6 @@ from ..impact.mechanics import Mechanics
 from ..measured.recording import Recording
 from ..robot import Robot
 from ..scene.numbers import number
-from .stage import Plane
 
 if TYPE_CHECKING:
     from ..impact import Impact
@@ -36,10 +35,35 @@ HELD = 1e-6
 REDUNDANT = 1e-9
 # In place of a scale of zero, where nothing moves.
 TINY = 1e-300
+# How much an axis is preferred where a normal is as far from two.
+PREFERRED = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A plane of the world: a point of it [m] and its unit normal, (3,) each."""
+
+    origin: np.ndarray
+    normal: np.ndarray
+
+    def placement(self, near: np.ndarray) -> pin.SE3:
+        """Return a frame on the plane: z along the normal, its origin the foot of ``near``."""
+        foot = near - self.normal * float(self.normal @ (near - self.origin))
+        return pin.SE3(triad(self.normal), foot)
+
+
+def triad(normal: np.ndarray) -> np.ndarray:
+    """Return a (3, 3) right-handed frame with ``normal`` as z, the world's own if that is up."""
+    across = np.zeros(3)
+    across[int(np.argmin(np.abs(normal) - np.array([0.0, PREFERRED, 0.0])))] = 1.0
+    first = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.5 else across
+    first = first - normal * float(normal @ first)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(normal, first), normal])
 
 
 def coasting(impact: Impact, span: float | None = None) -> Recording:
-    """The motion around an impact, which is at time 0.
+    """Return the motion around an impact, which is at time 0.
 
     Args:
         impact: the impact.
@@ -51,7 +75,7 @@ def coasting(impact: Impact, span: float | None = None) -> Recording:
     moves_before = bool(np.any(impact.v_before))
     before = _path(impact, impact.v_before, -0.5 * lasting)[::-1] if moves_before else []
     if not moves_before:
-        # It stands still for a moment, and then the blow comes.
+        # It stands still for a moment before the impulse.
         before = [np.array(impact.q)] * (STEPS // 2 + 1)
     t = np.concatenate(
         [np.linspace(-0.5 * lasting, 0.0, len(before)), np.linspace(0.0, lasting, len(after))[1:]]
@@ -60,7 +84,7 @@ def coasting(impact: Impact, span: float | None = None) -> Recording:
 
 
 def _fitting_span(impact: Impact) -> float:
-    """The time for which the fastest part can be followed [s]."""
+    """Return the time for which the fastest part can be followed [s]."""
     robot = impact.scene.robot
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, impact.q)
@@ -81,7 +105,7 @@ def _fitting_span(impact: Impact) -> float:
 
 
 def _path(impact: Impact, v: np.ndarray, span: float) -> list[np.ndarray]:
-    """Configurations from the impact on, for ``span`` seconds (backwards if negative)."""
+    """Return configurations from the impact on, for ``span`` seconds (backwards if negative)."""
     robot = impact.scene.robot
     steps = STEPS if span > 0 else STEPS // 2
     step = span / steps
@@ -95,7 +119,7 @@ def _path(impact: Impact, v: np.ndarray, span: float) -> list[np.ndarray]:
 
 
 def _kept_shut(impact: Impact, v: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """The velocity nearest to v at a configuration that keeps what v keeps at the impact."""
+    """Return the velocity nearest to v at any q that keeps the rows shut that v keeps shut."""
     v = np.array(v)
     scene = impact.scene
     if not scene.held:
@@ -140,7 +164,7 @@ class Shown:
 
 
 def resting_forces(shown: Shown, times: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """By contact that pushes between impacts, at (T,) ``times``: where, and its resultant.
+    """Return by contact that pushes between impacts, at (T,) ``times``, its place and resultant.
 
     Returns:
         (T, 3) the middle of its points, each as heavy as its force [m], and (T, 3) the force
@@ -164,7 +188,7 @@ def resting_forces(shown: Shown, times: np.ndarray) -> dict[str, tuple[np.ndarra
 
 
 def shown_motion(motion: Any, span: float | None = None) -> Shown:
-    """The motion of a ``Trajectory``, a ``Recording`` or an ``Impact``.
+    """Return the motion of a ``Trajectory``, a ``Recording`` or an ``Impact``.
 
     Raises:
         InputError: none of these, or one without an instant.
@@ -196,7 +220,7 @@ def shown_motion(motion: Any, span: float | None = None) -> Shown:
 
 
 def planes_of(scene: Scene) -> tuple[Plane, ...]:
-    """The planes of the world that contacts of a scene touch, each once, level ones first."""
+    """Return the planes of the world that a scene's contacts touch, each once, level ones first."""
     from ..scene import Contact
 
     planes: list[Plane] = []

@@ -9,10 +9,6 @@ import base64
 import html
 import json
 import math
-import os
-import pathlib
-import sys
-import webbrowser
 import zlib
 from collections.abc import Sequence
 from importlib import resources
@@ -66,8 +62,8 @@ def page_of(title: str, commands: Sequence[dict[str, Any]], **facts: Any) -> str
         commands: for the player, in their order.
         facts: what ``player.js`` and ``film.js`` read: the "camera" in the player's axes; the
             "clock" with playback and motion times of its knots, None for a still picture;
-            "rows" of the legend and its "notes"; "play", "loop", "fps", "frames", "hold";
-            "impacts", "forces", "groups", "arrows", "labels" and "followed".
+            "rows" of the legend and its "notes"; "play", "loop", "fps", "frames";
+            "impacts", "forces", "groups", "labels" and "followed".
     """
     facts |= {"root": ROOT, "title": title, "suns": list(SUNS)}
     # Inside a script element only "<" can end it or begin a comment.
@@ -111,20 +107,6 @@ def _beside(name: str) -> str:
 
 # How long a meshcat server may take for one command [ms].
 PATIENCE = 10_000
-
-
-def show_page(path: pathlib.Path) -> bool:
-    """Open a page in the user's browser; False where there is no display or no browser."""
-    graphical = sys.platform in ("win32", "darwin") or any(
-        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-    )
-    # Without a display Python would start a browser for the terminal and wait for its end.
-    if not graphical:
-        return False
-    try:
-        return webbrowser.open(path.resolve().as_uri(), new=2)
-    except (webbrowser.Error, OSError):
-        return False
 
 
 def send_to(viewer: Any, commands: list[dict[str, Any]], camera: Camera) -> None:

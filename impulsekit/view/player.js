@@ -303,7 +303,7 @@ function buildBar(player, stage) {
       // After a click of the mouse the space bar is the player's again.
       if (event.detail) byId(id).blur();
     });
-  byId("arrows").disabled = !replay.arrows;
+  byId("arrows").disabled = !Object.keys(replay.groups).length;
   byId("follow").disabled = !(moves && replay.followed.length);
   byId("speed").addEventListener("change", event => {
     player.animator.mixer.timeScale = Number(event.target.value);

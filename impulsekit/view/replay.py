@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import os
 import pathlib
+import sys
 import tempfile
 import warnings
+import webbrowser
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,14 +19,8 @@ from ..display import Displayed, one_line
 from ..errors import RangeError
 from ..files import check_writable, path_of, write_file
 from ..scene.points import report_points
-from .actors import Actors
-from .bodies import robot_colors
-from .drawing import Drawing
-from .effects import draw_effects, legend_row
 from .film import draw_films, wished
 from .motions import Shown, shown_motion
-from .page import page_of, send_to, show_page
-from .stage import camera_of, draw_stage
 from .timeline import Timeline
 
 if TYPE_CHECKING:
@@ -33,7 +29,6 @@ if TYPE_CHECKING:
     from ..impact import Impact
     from ..measured.recording import Recording
     from ..motion import Trajectory
-    from ..robot import Robot
     from ..scene.points import ReportPoint
 
 # [s] What a motion without duration counts as having.
@@ -150,25 +145,35 @@ def replay(
         >>> len(shown.times) > 100, shown.arrows["blow"]
         (True, ('/impulsekit/impacts/0/0 impulse blow',))
     """
+    # meshcat is loaded when the first replay is drawn.
+    from .bodies import Actors, robot_colors
+    from .drawing import Drawing
+    from .effects import draw_effects, legend_row
+    from .page import page_of, send_to
+    from .stage import camera_of, draw_stage
+
     if html is not None:
         check_writable(path_of(html, "replay: the page"))
     wishes = wished(video, picture, size)
     shown = shown_motion(motion, span)
-    if speed is None:
-        speed = 1.0 if shown.impact_alone is None else _stretched(shown)
-    slow = 1.0 if shown.impact_alone is not None else slow_motion
     if not 0.0 < hold < math.inf:
         raise RangeError.of("replay: hold", hold, "a finite number of seconds above 0")
+    if shown.impact_alone is not None:
+        stretched = max(shown.end - shown.start, LEAST_DURATION) / 4.0
+        speed, slow_motion = stretched if speed is None else speed, 1.0
     instants = [time for time, _ in shown.impacts]
     timeline = Timeline.of(
-        shown.start, shown.end, instants, speed=speed, slow_motion=slow, window=slow_window
+        shown.start,
+        shown.end,
+        instants,
+        speed=1.0 if speed is None else speed,
+        slow_motion=slow_motion,
+        window=slow_window,
     )
     times = timeline.frames(fps, instants)
-    motion_times = timeline.to_motion(times)
-    actors = Actors.of(shown, motion_times)
+    actors = Actors.of(shown, timeline.to_motion(times))
     drawing = Drawing()
-    actors.draw(drawing, times)
-    actors.draw_ghosts(drawing, _ghost_times(shown, ghosts))
+    actors.draw(drawing, times, _ghost_times(shown, ghosts))
     effects = draw_effects(
         drawing,
         shown,
@@ -183,34 +188,40 @@ def replay(
     seen = np.concatenate([actors.corners, *effects.ends])
     view = camera_of(camera, seen, actors.subject, shown.planes)
     draw_stage(drawing, seen, shown.planes, view, actors.corners)
-    animation = drawing.animation(timeline.duration, loop=loop)
-    commands = [*drawing.commands, *([animation] if animation else [])]
+    drawing.animate(timeline.duration, loop=loop)
     notes = (*actors.notes, *effects.notes)
+    colors = robot_colors(shown.robot).items()
+    robots = [legend_row(prefix.rstrip("/"), color) for prefix, color in colors]
     text = page_of(
         shown.robot.name if title is None else title,
-        commands,
+        drawing.commands,
         camera=view.in_player(),
         clock=_clock(timeline),
-        rows=[*_robot_rows(shown.robot), *effects.rows],
+        rows=[*robots, *effects.rows],
         notes=notes,
         play=play,
         loop=loop,
         fps=fps,
         frames=times.astype(np.float32).tolist(),
-        hold=hold,
         impacts=effects.impacts,
         forces=effects.forces,
         groups=effects.groups,
-        arrows=bool(effects.groups),
-        labels=[*effects.labels, *actors.names],
+        labels=[*effects.labels, *actors.labels],
         followed=actors.followed,
     )
     page = _written(text, html, open)
     draw_films(text, wishes)
     if viewer is not None:
-        send_to(viewer, commands, view)
+        send_to(viewer, drawing.commands, view)
     return Replay(
-        times, motion_times, actors.nodes, effects.arrows, notes, tuple(commands), text, page
+        times,
+        timeline.to_motion(times),
+        actors.nodes,
+        effects.arrows,
+        notes,
+        tuple(drawing.commands),
+        text,
+        page,
     )
 
 
@@ -222,12 +233,8 @@ def _ghost_times(shown: Shown, ghosts: Iterable[float]) -> list[float]:
     return times
 
 
-def _stretched(shown: Shown) -> float:
-    return max(shown.end - shown.start, LEAST_DURATION) / 4.0
-
-
 def _clock(timeline: Timeline) -> dict[str, Any] | None:
-    """The times of the page's clock; None for a still picture."""
+    """Return the times of the page's clock; None for a still picture."""
     if timeline.duration <= 0.0:
         return None
     span = float(timeline.moved[-1] - timeline.moved[0])
@@ -242,14 +249,6 @@ def _clock(timeline: Timeline) -> dict[str, Any] | None:
     }
 
 
-def _robot_rows(robot: Robot) -> list[dict[str, str]]:
-    """The colours of several robots, for the legend; nothing for a robot alone."""
-    if len(robot.parts) < 2:
-        return []
-    colors = robot_colors(robot).items()
-    return [legend_row(prefix.rstrip("/"), color) for prefix, color in colors]
-
-
 def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str | None:
     if html is None and not show:
         return None
@@ -260,6 +259,20 @@ def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str 
         name = os.fspath(html)
     path = pathlib.Path(name)
     write_file(path, text)
-    if show and not show_page(path):
+    if show and not _opened(path):
         warnings.warn(f"no browser could be opened; the page is {path}", stacklevel=3)
     return str(path)
+
+
+def _opened(path: pathlib.Path) -> bool:
+    """Open a page in the user's browser; False where there is no display or no browser."""
+    graphical = sys.platform in ("win32", "darwin") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    )
+    # Without a display Python would start a browser for the terminal and wait for its end.
+    if not graphical:
+        return False
+    try:
+        return webbrowser.open(path.resolve().as_uri(), new=2)
+    except (webbrowser.Error, OSError):
+        return False

@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError, quoted
-from .drawing import Drawing, node_name
-from .surfaces import mesh
+from .drawing import Drawing, node_name, shapes
+from .motions import Plane, triad
 
 # [m] The extent of what is flat, to divide by.
 LEAST_EXTENT = 1e-9
@@ -24,8 +24,6 @@ BIAS = -0.0008
 LIFTED = 6e-4
 # How far under its plane what stands for it is drawn, of the robot's radius.
 SUNK = 2e-3
-# How much an axis is preferred where a normal is as far from two.
-PREFERRED = 1e-12
 
 FIELD_OF_VIEW = 35.0  # degrees
 SKY = (0.90, 0.93, 0.96)
@@ -52,19 +50,6 @@ GRID_SHARE = 0.4
 
 
 @dataclass(frozen=True, eq=False)
-class Plane:
-    """A plane of the world: a point of it [m] and its unit normal, (3,) each."""
-
-    origin: np.ndarray
-    normal: np.ndarray
-
-    def placement(self, near: np.ndarray) -> pin.SE3:
-        """A frame on the plane: z along the normal, its origin the foot of ``near``."""
-        foot = near - self.normal * float(self.normal @ (near - self.origin))
-        return pin.SE3(_triad(self.normal), foot)
-
-
-@dataclass(frozen=True, eq=False)
 class Camera:
     """The camera's position, its target and its upward direction: (3,) in the world [m]."""
 
@@ -73,9 +58,9 @@ class Camera:
     up: np.ndarray
 
     def in_player(self) -> dict[str, list[float]]:
-        """The three in the player's axes, in which y is up."""
-        names = ("position", "target", "up")
-        return {name: _y_up(getattr(self, name)) for name in names}
+        """Return the three in the player's axes, in which y is up."""
+        found = {"position": self.position, "target": self.target, "up": self.up}
+        return {name: [float(x), float(z), -float(y)] for name, (x, y, z) in found.items()}
 
 
 # Where the camera stands, by name: along the world's axes.
@@ -91,7 +76,7 @@ VIEWS = {
 def camera_of(
     view: Any, points: np.ndarray, subject: np.ndarray, planes: Sequence[Plane] = ()
 ) -> Camera:
-    """The camera that ``replay`` was asked for: by name, by place, or None for a fitting one.
+    """Return the camera of ``replay``: by name, by place, or for None one that fits.
 
     Raises:
         InputError: no name of a view, no place, and no pair of places.
@@ -123,7 +108,7 @@ def fitting_camera(
     planes: Sequence[Plane] = (),
     direction: np.ndarray | None = None,
 ) -> Camera:
-    """A camera that sees all of the (n, 3) points, with the (m, 3) ``subject`` in the middle.
+    """Return a camera that sees all (n, 3) points, with the (m, 3) ``subject`` in the middle.
 
     It takes a picture of any shape from square to twice as wide as high, sees flat scenes from
     their broad side, and stands in front of the ``planes``; a ``direction`` is kept as it is.
@@ -147,8 +132,8 @@ def fitting_camera(
 
 
 def _fitting_direction(points: np.ndarray, planes: Sequence[Plane], up: np.ndarray) -> np.ndarray:
-    """The direction from which a scene is seen best."""
-    axes = _triad(up)
+    """Return the direction from which a scene is seen best."""
+    axes = triad(up)
     low, high = (points @ axes).min(axis=0), (points @ axes).max(axis=0)
     extents = np.maximum(high - low, LEAST_EXTENT)
     thin = int(np.argmin(extents))
@@ -205,9 +190,14 @@ def draw_stage(
         )
         path = ("stage", node_name(i, "plane"))
         color, half = GROUND if solid else WALL, 0.5 * size
-        drawing.add((*path, "surface"), mesh(half * SQUARE, FACES), color, one_sided=solid)
+        drawing.add(
+            (*path, "surface"),
+            shapes.TriangularMeshGeometry(half * SQUARE, FACES),
+            color,
+            one_sided=solid,
+        )
         if solid:
-            below = mesh(half * SQUARE, FACES[:, ::-1])
+            below = shapes.TriangularMeshGeometry(half * SQUARE, FACES[:, ::-1])
             drawing.add((*path, "from below"), below, GROUND_FROM_BELOW)
         drawing.add_lines((*path, "grid"), _grid(size, radius, placement), LINES)
         drawing.place(path, placement)
@@ -232,7 +222,7 @@ def _lights(drawing: Drawing, middle: np.ndarray, radius: float, up: np.ndarray)
     drawing.set("/Lights/AmbientLight/<object>", "intensity", 0.5)
     for i, (name, (direction, intensity)) in enumerate(SUNS.items()):
         unit = np.array(direction) / np.linalg.norm(direction)
-        place = middle + 4.0 * radius * (_triad(up) @ unit)
+        place = middle + 4.0 * radius * (triad(up) @ unit)
         half = 2.2 * radius
         light = {
             "uuid": f"{name} light",
@@ -265,7 +255,7 @@ def _lights(drawing: Drawing, middle: np.ndarray, radius: float, up: np.ndarray)
 
 
 def grid_step(radius: float) -> float:
-    """The width of a cell of the grid: 1, 2 or 5 times a power of ten [m].
+    """Return the width of a cell of the grid: 1, 2 or 5 times a power of ten [m].
 
     Example:
         >>> grid_step(1.0)
@@ -276,34 +266,13 @@ def grid_step(radius: float) -> float:
 
 
 def _grid(size: float, radius: float, placement: pin.SE3) -> np.ndarray:
-    """(n, 3) the ends of the lines, which go through round numbers of the world."""
-    step = grid_step(radius)
-    half = 0.5 * size
+    """Return (n, 3): the ends of the lines, which go through round numbers of the world."""
+    step, half = grid_step(radius), 0.5 * size
     ends = []
     for axis in (0, 1):
-        along = placement.rotation[:, axis]
-        offset = float(along @ placement.translation)
-        first = math.ceil((offset - half) / step) * step - offset
-        for value in np.arange(first, half, step):
-            for end in (-half, half):
-                point = np.zeros(3)
-                point[axis], point[1 - axis] = value, end
-                ends.append(point)
-    lifted = np.array(ends)
-    lifted[:, 2] = LIFTED * radius
-    return lifted
-
-
-def _triad(normal: np.ndarray) -> np.ndarray:
-    """(3, 3) a right-handed frame with ``normal`` as z, the world's own where that is up."""
-    across = np.zeros(3)
-    across[int(np.argmin(np.abs(normal) - np.array([0.0, PREFERRED, 0.0])))] = 1.0
-    first = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.5 else across
-    first = first - normal * float(normal @ first)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(normal, first), normal])
-
-
-def _y_up(point: np.ndarray) -> list[float]:
-    x, y, z = map(float, point)
-    return [x, z, -y]
+        offset = float(placement.rotation[:, axis] @ placement.translation)
+        values = np.arange(math.ceil((offset - half) / step) * step - offset, half, step)
+        line = np.full((len(values), 2, 3), LIFTED * radius)
+        line[:, :, axis], line[:, :, 1 - axis] = values[:, None], (-half, half)
+        ends.append(line.reshape(-1, 3))
+    return np.concatenate(ends)

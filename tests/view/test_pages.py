@@ -2,6 +2,7 @@
 
 import pathlib
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -139,3 +140,40 @@ def test_the_clock_shows_the_time_of_the_motion(page, tmp_path):
     page.seek(1.5)
     clock = "document.querySelector('.clock').textContent"
     page.page.wait_for_function(f"() => {clock} === 't = 1.50 s'", timeout=20_000)
+
+
+SHAPES = {
+    "box": (coal.Box(0.2, 0.4, 0.6), (0.1, 0.2, 0.3)),
+    "sphere": (coal.Sphere(0.2), (0.2, 0.2, 0.2)),
+    "ellipsoid": (coal.Ellipsoid(0.1, 0.2, 0.3), (0.1, 0.2, 0.3)),
+    "capsule": (coal.Capsule(0.1, 0.4), (0.1, 0.1, 0.3)),
+    "cylinder": (coal.Cylinder(0.1, 0.4), (0.1, 0.1, 0.2)),
+    "cone": (coal.Cone(0.1, 0.4), (0.1, 0.1, 0.2)),
+}
+
+
+def test_shapes_are_drawn_as_large_as_they_are(page, tmp_path):
+    model = pin.Model()
+    root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
+    model.appendBodyToJoint(root, pin.Inertia.Random(), pin.SE3.Identity())
+    robot = ik.Robot.from_model(model)
+    for name, (shape, _) in SHAPES.items():
+        robot.visual_model.addGeometryObject(
+            pin.GeometryObject(name, root, 0, pin.SE3.Identity(), shape)
+        )
+    ik.replay(Recording(robot, [0.0], [robot.neutral()]), tmp_path / "page.html", play=False)
+    page.open(tmp_path / "page.html")
+    for i, (name, (_, half)) in enumerate(SHAPES.items()):
+        path = f"/impulsekit/bodies/1 root/{i} {name}"
+        ends = page.run(
+            """path => {
+                viewer.scene.updateMatrixWorld(true);
+                const node = viewer.scene_tree.find(path.split("/").filter(x => x)).object;
+                const box = new MeshCat.THREE.Box3().setFromObject(node);
+                return [...box.min.toArray(), ...box.max.toArray()];
+            }""",
+            path,
+        )
+        # The player's y is up.
+        x, y, z = half
+        assert ends == pytest.approx([-x, -z, -y, x, z, y], rel=2e-2), name
