@@ -200,22 +200,7 @@ def transient_contact(
     name = frame if frame is not None else _fastest_link(mechanics, own, moving)
     found = impact_ellipsoid(scene, place, name, at)
     velocity = mechanics.point_jacobian(name, np.array(found.at))[:3] @ moving
-    if direction is None:
-        if not float(np.linalg.norm(velocity)) > STILL:
-            raise InputError(
-                f'transient_contact: the point of "{name}" does not move; give a direction and a '
-                "velocity"
-            )
-        n = unit_vector(velocity / np.abs(velocity).max(), "velocity")
-    else:
-        n = unit_vector(direction, "direction")
-    speed = float(n @ velocity)
-    if not speed > STILL:
-        raise InputError(
-            f'transient_contact: the point of "{name}" moves at {speed:.3g} m/s along the '
-            "direction; it must move towards the person"
-        )
-    n.setflags(write=False)
+    n, speed = _strike(velocity, direction, name)
     mass = found.effective_mass(n)
     reduced = 1.0 / (1.0 / region.mass + 1.0 / mass)
     force = speed * math.sqrt(reduced * region.stiffness)
@@ -242,6 +227,29 @@ def transient_contact(
         permitted,
         force <= most,
     )
+
+
+def _strike(
+    velocity: np.ndarray, direction: ArrayLike | None, name: str
+) -> tuple[np.ndarray, float]:
+    """Return the direction of the strike, and the speed along it."""
+    if direction is not None:
+        n = unit_vector(direction, "direction")
+    elif float(np.linalg.norm(velocity)) > STILL:
+        n = unit_vector(velocity / np.abs(velocity).max(), "velocity")
+    else:
+        raise InputError(
+            f'transient_contact: the point of "{name}" does not move; give a direction and a '
+            "velocity"
+        )
+    speed = float(n @ velocity)
+    if not speed > STILL:
+        raise InputError(
+            f'transient_contact: the point of "{name}" moves at {speed:.3g} m/s along the '
+            "direction; it must move towards the person"
+        )
+    n.setflags(write=False)
+    return n, speed
 
 
 def _region(body: str | BodyRegion, limits: Mapping[str, BodyRegion]) -> BodyRegion:

@@ -293,6 +293,7 @@ class _Problem:
             bounds,
             tuple(notes),
             weights,
+            tuple(self._parameters),
             tuple(zip(self._blocks_of(jacobian), self._blocks_of(residual), strict=True)),
         )
 

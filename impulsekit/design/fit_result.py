@@ -10,6 +10,7 @@ import numpy as np
 from ..display import Displayed, one_line
 from ..errors import RangeError, UnknownNameError
 from ..tolerances import NONZERO
+from .parameters import Parameter
 
 # The spread of residuals that are all the same.
 LEAST_SPREAD = 1e-6
@@ -170,6 +171,7 @@ class Fit(Displayed):
         notes: warnings: a misfit, parameters without effect on any measurement, bounds
             reached, outliers. Empty for a good fit.
         weights: (M,) how much each measurement counts, 1 without ``robust``.
+        parameters: (P,) the unknowns, each with its start, bounds and contacts.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, solve
@@ -196,6 +198,7 @@ class Fit(Displayed):
     bounds: np.ndarray = field(repr=False)
     notes: tuple[str, ...] = ()
     weights: np.ndarray = field(default_factory=lambda: np.ones(0), repr=False)
+    parameters: tuple[Parameter, ...] = field(default=(), repr=False)
     _blocks: tuple[tuple[np.ndarray, np.ndarray], ...] = field(default=(), repr=False)
 
     @property

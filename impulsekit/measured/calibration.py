@@ -14,9 +14,8 @@ from ..errors import InputError, RangeError, a_thing
 from ..robot.robot import with_masses
 from ..scene import Scene
 from .flight import Flight
-from .floor import fitted_floor
+from .floor import check_quaternion_order, fitted_floor
 from .free_fall import coarse_scale, free_bodies, free_fall, free_root, mass_centres
-from .quaternion_order import check_quaternion_order
 from .recording import Recording
 from .recording_checks import turns_of
 from .segments import ROUNDING, flights_with_noise

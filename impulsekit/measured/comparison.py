@@ -10,9 +10,10 @@ import numpy as np
 
 from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
-from ..design.parameters import Measurement, groups_of, parameters_of
+from ..design.parameters import Measurement, scene_of
 from ..design.solved import SolvedImpacts
 from ..display import Displayed, one_line
+from ..display.table import table
 from ..errors import ImpulsekitError, InputError
 from ..impact.flat.model import flat_model_of
 from ..robot.arrays import lock
@@ -75,14 +76,12 @@ class LawCandidate:
         Raises:
             InputError, UnknownNameError: as ``Scene``.
         """
-        contacts: list[Any] = []
-        for entry in scene.contacts:
-            value: Any = entry.restitution
-            if self.speeds and isinstance(value, float):
-                table = RestitutionTable(self.speeds, (value,) * len(self.speeds))
-                contacts.append(replace(entry, restitution=table))
-            else:
-                contacts.append(entry)
+        contacts: list[Any] = list(scene.contacts)
+        for k, entry in enumerate(scene.contacts):
+            if self.speeds and isinstance(entry.restitution, float):
+                values = (entry.restitution,) * len(self.speeds)
+                table = RestitutionTable(self.speeds, values)
+                contacts[k] = replace(entry, restitution=table)
         locks = [JointLock(joint, velocity="kept") for joint in self.locked]
         return replace(
             scene,
@@ -99,8 +98,10 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
     Along the path only where no impact has more than one contact, as the laws have it; e by
     group only where there are several.
     """
-    found = [LawCandidate("Newton, slip at the end", Law())]
-    found.append(LawCandidate("Poisson, slip at the end", Law("poisson")))
+    found = [
+        LawCandidate("Newton, slip at the end", Law()),
+        LawCandidate("Poisson, slip at the end", Law("poisson")),
+    ]
     alone = all(len(m.scene.contacts) == 1 for m in measurements)
     if alone:
         found += [
@@ -120,7 +121,6 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
 
 def _speeds(measurements: Sequence[Measurement]) -> tuple[float, ...]:
     """Speeds at which e is fitted: percentiles of the approach speeds, rounded to two digits."""
-    from ..design.parameters import scene_of
     from ..impact.solver import solve_without_warnings
 
     found = []
@@ -203,26 +203,16 @@ class LawComparison(Displayed):
             values = zip(fit.names, fit.values, fit.sigma, strict=True)
             own = self.errors[k]
             numbers = (own.mean(), np.median(own), self.of_after[k], self.of_change[k])
-            rows.append(
-                [
-                    name,
-                    *(f"{100.0 * number:.2f} %" for number in numbers),
-                    "" if k == 0 else f"{self.better[k, 0]:.3f}",
-                    ", ".join(f"{n} = {value:.3g} ± {s:.1g}" for n, value, s in values)
-                    if len(fit.names) <= MOST_SHOWN
-                    else f"{len(fit.names)} coefficients, in fits[{k}]",
-                ]
-            )
+            found = ", ".join(f"{n} = {value:.3g} ± {s:.1g}" for n, value, s in values)
+            if len(fit.names) > MOST_SHOWN:
+                found = f"{len(fit.names)} coefficients, in fits[{k}]"
+            better = "" if k == 0 else f"{self.better[k, 0]:.3f}"
+            rows.append([name, *(f"{100.0 * x:.2f} %" for x in numbers), better, found])
         return head, rows
 
     def report(self) -> str:
         """The table as text."""
-        head, rows = self.table()
-        widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-        lines = [
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-            for row in (head, *rows)
-        ]
+        lines: list[str] = list(table(*self.table()))
         lines += [f"left out: {name}: {why}" for name, why in self.left_out]
         lines += [f"note: {note}" for note in self.notes]
         return "\n".join(lines) + "\n"
@@ -373,20 +363,15 @@ def _held_out(
         own = [replace(m, group=str(candidate.group_of(m))) for m in own]
     misses = np.empty(len(own))
 
-    def fitted(some: Sequence[Measurement]) -> tuple[Fit, list[Any]]:
-        fit = fit_impacts(some, **options, by_group=candidate.by_group)
-        names = options["restitution"], options["friction"]
-        groups = groups_of(some, candidate.by_group)
-        return fit, parameters_of([m.scene for m in some], *names, {}, *groups)
-
     for part in range(int(parts.max()) + 1):
         held = np.flatnonzero(parts == part).tolist()
-        fit, parameters = fitted([own[k] for k in np.flatnonzero(parts != part)])
-        found = SolvedImpacts([own[k] for k in held], parameters).v_after(fit.values)
+        others = [own[k] for k in np.flatnonzero(parts != part)]
+        fit = fit_impacts(others, **options, by_group=candidate.by_group)
+        found = SolvedImpacts([own[k] for k in held], fit.parameters).v_after(fit.values)
         for k, after in zip(held, found, strict=True):
             off = np.nan_to_num(np.array(own[k].v_after, dtype=float) - after)
             misses[k] = np.linalg.norm(roots[k] @ off)
-    return misses, fitted(own)[0]
+    return misses, fit_impacts(own, **options, by_group=candidate.by_group)
 
 
 def _judged(

@@ -200,3 +200,22 @@ def left_by_parabolas(
     offsets = np.array([pin.difference(model, q[middle], q[k]) for k in own])
     powers = np.stack([np.ones(len(tau)), tau, tau**2], axis=1)
     return np.asarray(offsets - powers @ np.linalg.lstsq(powers, offsets, rcond=None)[0])
+
+
+# χ² by which a kink must explain samples better than a smooth way with another acceleration, which
+# has one unknown less: noise makes the kink that much better once in 10^4 times.
+KINK_BETTER = 15.0
+
+
+def is_smooth(
+    flight: Flight, t: np.ndarray, q: np.ndarray, own: np.ndarray, sigma: np.ndarray, cost: float
+) -> bool:
+    """Return whether constant accelerations, of any size, explain samples as well as a kink.
+
+    A body that slides or rolls is no flight; cut into short pieces of flight it seems to bounce.
+
+    Args:
+        own: indices of the samples on both sides. cost: of the kink, see ``Kink``.
+    """
+    left = left_by_parabolas(flight.model, t, q, own) / sigma
+    return float((left**2).sum()) < cost + KINK_BETTER

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..design.fit import Fit, fit_impacts
+from ..design.parameters import changed_scene
 from ..display import OneLine
 from ..display.plain import plain
 from ..errors import InputError, check_kind
@@ -59,14 +60,14 @@ class Identification(OneLine):
 
     def report(self, level: float = 0.95) -> str:
         """The report as text."""
-        return report_text(self, level)
+        return _report(self, level)
 
     def to_dict(self, level: float = 0.95) -> dict[str, Any]:
         """All numbers of the report, ready for JSON."""
-        return as_dict(self, level)
+        return _as_dict(self, level)
 
 
-def report_text(found: Identification, level: float) -> str:
+def _report(found: Identification, level: float) -> str:
     """The report as text."""
     samples = sum(len(each.t) for each in found.recordings)
     lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples"]
@@ -152,7 +153,7 @@ def _table(names: Any, values: Any, ends: Any, level: float) -> list[str]:
     return rows
 
 
-def as_dict(found: Identification, level: float) -> dict[str, Any]:
+def _as_dict(found: Identification, level: float) -> dict[str, Any]:
     """Plain data for JSON; what is not finite is None."""
     calibration = found.calibration
     by_motion, by_impact = found.by_motion, found.by_impact
@@ -244,8 +245,7 @@ def identify(
     check_kind(scene, Scene, "identify")
     several = as_recordings(recordings, "identify")
     restitution, friction = _chosen(scene, restitution, friction)
-    notes: list[str] = []
-    found_calibration = None
+    notes, found_calibration = list[str](), None
     if calibration:
         found_calibration = calibrate(several, scene)
         several = [found_calibration.apply(each) for each in several]
@@ -253,8 +253,7 @@ def identify(
             scene = moved
             notes.append("the mass centre was moved to where free fall puts it")
     impacts = find_impacts(several, scene)
-    by_impact = None
-    good = impacts.balanced()
+    by_impact, good = None, impacts.balanced()
     if len(good):
         by_impact = fit_impacts(
             good.measurements(scene), restitution=restitution, friction=friction, robust="biweight"
@@ -264,16 +263,14 @@ def identify(
             f"none of {_count(len(impacts), 'impact')} balances momentum at known contacts: there "
             "is nothing to fit"
         )
-    laws = None
+    laws = by_motion = None
     if compare and len(good) >= FEWEST_TO_COMPARE:
         laws = compare_laws(
             good.measurements(scene), restitution=restitution, friction=friction, seed=seed
         )
     elif compare:
-        notes.append(
-            f"{len(good)} impacts are too few to compare laws (at least {FEWEST_TO_COMPARE})"
-        )
-    by_motion = None
+        words = f"{len(good)} impacts are too few to compare laws"
+        notes.append(f"{words} (at least {FEWEST_TO_COMPARE})")
     enough = round((1.0 - held_out) * len(several)) >= FEWEST_RECORDINGS
     if motions and enough:
         by_motion = fit_motion(
@@ -285,11 +282,8 @@ def identify(
             f"whole motions are fitted to {FEWEST_RECORDINGS} recordings or more, here "
             f"{'is' if len(several) == 1 else 'are'} {len(several)}"
         )
-    fitted = scene
-    if by_motion is not None:
-        fitted = by_motion.scene
-    elif by_impact is not None:
-        fitted = _with(scene, by_impact, restitution, friction)
+    fitted = scene if by_impact is None else _with(scene, by_impact)
+    fitted = fitted if by_motion is None else by_motion.scene
     return Identification(
         tuple(several), found_calibration, impacts, by_impact, by_motion, fitted, tuple(notes), laws
     )
@@ -307,14 +301,11 @@ def _shared(names: tuple[str, ...], known: Sequence[str]) -> str | tuple[str, ..
     return names
 
 
-def _with(scene: Scene, fit: Fit, restitution: Any, friction: Any) -> Scene:
-    from ..design.parameters import changed_scene, parameters_of
-
-    unknowns = parameters_of(scene, restitution, friction, {})
-    # What is not determined stays as it was.
+def _with(scene: Scene, fit: Fit) -> Scene:
+    """Return the scene with the values of a fit; what is not determined stays as it was."""
     known = np.isfinite(fit.intervals(0.95)).all(axis=1)
-    starts = np.array([each.start for each in unknowns])
-    return changed_scene(scene, unknowns, np.where(known, fit.values, starts))
+    starts = np.array([each.start for each in fit.parameters])
+    return changed_scene(scene, fit.parameters, np.where(known, fit.values, starts))
 
 
 def _chosen(scene: Scene, restitution: Any, friction: Any) -> tuple[Any, Any]:

@@ -13,10 +13,10 @@ from ..errors import InputError, RangeError, ShapeError, check_kind
 from ..robot.arrays import lock
 from ..scene import Scene
 from .active_contacts import ClosingContacts
-from .flight import Flight
+from .flight import Flight, is_smooth
+from .floor import check_quaternion_order
 from .found_impacts import FoundImpact, FoundImpacts
 from .free_fall import has_one_free_body, length_unit
-from .quaternion_order import check_quaternion_order
 from .recording import Recording, as_recordings
 from .recording_checks import check_steps, checked_velocities
 from .segments import (
@@ -25,7 +25,6 @@ from .segments import (
     Segments,
     find_segments,
     flights_with_noise,
-    is_smooth,
     meeting_of,
 )
 

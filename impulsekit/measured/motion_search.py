@@ -1,8 +1,9 @@
-"""Least points of losses: quadratics through few evaluations, Gauss-Newton without impacts."""
+"""Least points of losses: quadratics through few evaluations, least squares without impacts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
@@ -133,12 +134,13 @@ def resampled_least(
 STEP, CLOSE = 1e-4, {"rtol": 1e-8, "atol": 1e-10}
 # Residuals beyond so many deviations count as in a sum of sizes, not of squares (Huber 1964).
 HUBER_OF_SMOOTH = 2.0
-# Steps are halved so often where the sum does not fall, and end at this share of a deviation.
-MOST_STEPS, HALVINGS, CONVERGED = 8, 4, 0.02
+MOST_STEPS = 8
 # On either side of an interval of 95 %.
 TAIL = 0.025
 # Residuals [m, rad] are over at least this.
 LEAST = 1e-12
+# Residuals, in deviations, where motions have impacts or do not come to their ends.
+FAR = 1e6
 
 
 def smooth_fit(
@@ -147,162 +149,136 @@ def smooth_fit(
     start: np.ndarray,
     box: np.ndarray,
     which: Sequence[int],
-    resamples: int,
-    seed: int,
+    resamples: tuple[int, int],
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Least squares of the configurations at the samples, Huber's weights.
+    """Fit the configurations at the samples by least squares, with Huber's weights.
 
     Args:
         scene_of: the scene with the values (P,) of the unknowns.
         start: (P,). box: (2, P), which steps do not leave.
         which: of the recordings.
-        resamples: how many; by the linear model at the least point (bootstrap, Efron 1979).
+        resamples: how many, by the linear model at the least point (bootstrap, Efron 1979), and
+            their seed.
 
     Returns:
         (P,) unknowns where the sum is least, and (S, P) those of resampled recordings. None where
         motions have impacts or do not come to their ends, or do not depend on an unknown.
     """
-    close = rollouts.with_settings(**CLOSE)
-    states = [rollouts.starts[k] for k in which]
-    residuals = _Residuals(close, scene_of, which)
-    x = start
-    left = residuals.at(x, states)
-    if left is None:
+    from scipy.optimize import least_squares
+
+    problem = _Smooth(rollouts.with_settings(**CLOSE), scene_of, which, box)
+    z = np.concatenate([start, np.zeros(len(which) * problem.width)])
+    # Of an unknown whose end-to-end effect is below a deviation nothing is determined.
+    if not problem.begin(z) or (problem.information(z)[0].sum(0).diagonal() < 1.0).any():
         return None
-    scale = np.maximum(np.median(np.abs(np.vstack(left)), axis=0) / MEDIAN_TO_SIGMA, LEAST)
-    for _ in range(MOST_STEPS):
-        linear = residuals.linear(x, states, left, scale, box)
-        if linear is None or linear.blind(box):
-            return None
-        step, changes, deviations = linear.step()
-        for _ in range(HALVINGS):
-            after = np.clip(x + step, *box)
-            moved = [_moved(residuals.model, s, c) for s, c in zip(states, changes, strict=True)]
-            then = residuals.at(after, moved)
-            if then is not None and _cost(then, scale) < _cost(left, scale):
-                break
-            step, changes = 0.5 * step, [0.5 * each for each in changes]
-        else:
-            break
-        x, states, left = after, moved, then
-        if (np.abs(step) <= CONVERGED * deviations).all():
-            break
-    linear = residuals.linear(x, states, left, scale, box)
-    if linear is None:
-        return None
-    samples = linear.resampled(resamples, seed)
-    return x, np.clip(x + samples, *box)
+    ends = np.full((2, len(z)), np.inf) * [[-1.0], [1.0]]
+    ends[:, : len(start)] = box
+    found = least_squares(
+        problem.residuals, z, problem.jacobian, bounds=ends, x_scale="jac", loss="huber",
+        f_scale=HUBER_OF_SMOOTH, max_nfev=MOST_STEPS,
+    ).x  # fmt: skip
+    x = found[: len(start)]
+    samples = x + _resampled(*problem.information(found), *resamples) * (box[1] - box[0])
+    return x, np.clip(samples, *box)
 
 
-class _Residuals:
-    """(T, nv) differences of each recording from its motion, on the tangents of its samples."""
+class _Smooth:
+    """Recordings against motions; unknown are what all share, and the change of each first state.
+
+    Attributes:
+        width: how many unknowns each recording has of its own.
+    """
 
     def __init__(
-        self, rollouts: Rollouts, scene_of: Callable[[np.ndarray], Scene], which: Sequence[int]
+        self,
+        rollouts: Rollouts,
+        scene_of: Callable[[np.ndarray], Scene],
+        which: Sequence[int],
+        box: np.ndarray,
     ) -> None:
-        self._rollouts, self._scene_of, self._which = rollouts, scene_of, which
-        self.model = rollouts.recordings[0].robot.model
+        self._rollouts, self._scene_of, self._which, self._box = rollouts, scene_of, which, box
+        self._model = rollouts.recordings[0].robot.model
+        self.width, self._scale = 2 * self._model.nv, np.ones(self._model.nv)
+        counts = [len(rollouts.recordings[k].t) * self._model.nv for k in which]
+        self._ends = np.cumsum([0, *counts]).tolist()
 
-    def at(self, x: np.ndarray, states: Sequence[State]) -> list[np.ndarray] | None:
-        rows = self._rollouts.rows(self._scene_of(x), self._which, starts=states)
+    def begin(self, z: np.ndarray) -> bool:
+        """Take the deviations of the residuals from those at a start; False if it has none."""
+        first = self.residuals(z).reshape(-1, self._model.nv)
+        if (first == FAR).all():
+            return False
+        self._scale = np.maximum(np.median(np.abs(first), axis=0) / MEDIAN_TO_SIGMA, LEAST)
+        return True
+
+    def residuals(self, z: np.ndarray) -> np.ndarray:
+        """Return the differences on the tangents of all samples, over their deviations."""
+        count = len(z) - len(self._which) * self.width
+        changes = z[count:].reshape(-1, self.width)
+        starts = [
+            _moved(self._model, self._rollouts.starts[k], change)
+            for k, change in zip(self._which, changes, strict=True)
+        ]
         found = []
+        rows = self._rollouts.rows(self._scene_of(z[:count]), self._which, starts=starts)
         for k, row in zip(self._which, rows, strict=True):
             if row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
-                return None
+                return np.full(self._ends[-1], FAR)
             pairs = zip(self._rollouts.recordings[k].q, row.q, strict=True)
-            found.append(np.array([pin.difference(self.model, a, b) for a, b in pairs]))
+            off = np.array([pin.difference(self._model, a, b) for a, b in pairs])
+            found.append((off / self._scale).ravel())
+        return np.concatenate(found)
+
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the residuals by differences, all first states at once."""
+        count = self._box.shape[1]
+        here, found = self.residuals(z), np.zeros((self._ends[-1], len(z)))
+        for i, step in enumerate(STEP * (self._box[1] - self._box[0])):
+            # Away from the edge of the box.
+            own = -step if z[i] + step > self._box[1, i] else step
+            found[:, i] = (self.residuals(z + own * np.eye(len(z))[i]) - here) / own
+        for j in range(self.width):
+            moved = z.copy()
+            moved[count + j :: self.width] += STEP
+            change = (self.residuals(moved) - here) / STEP
+            for k, (begin, end) in enumerate(pairwise(self._ends)):
+                found[begin:end, count + k * self.width + j] = change[begin:end]
         return found
 
-    def linear(
-        self,
-        x: np.ndarray,
-        states: Sequence[State],
-        left: list[np.ndarray],
-        scale: np.ndarray,
-        box: np.ndarray,
-    ) -> _Linear | None:
-        """The residuals and their derivatives, over their deviations and with Huber's weights."""
-        # How far each unknown is moved, and all of them then.
-        moves: list[tuple[float, np.ndarray, Sequence[State]]] = []
-        for i, step in enumerate(STEP * (box[1] - box[0])):
-            # Away from the edge of the box.
-            own = -step if x[i] + step > box[1, i] else step
-            moves.append((own, x + own * np.eye(len(x))[i], states))
-        for change in STEP * np.eye(2 * self.model.nv):
-            moves.append((STEP, x, [_moved(self.model, state, change) for state in states]))
-        columns: list[list[np.ndarray]] = [[] for _ in left]
-        for own, values, starts in moves:
-            ahead = self.at(values, starts)
-            if ahead is None:
-                return None
-            for column, there, here in zip(columns, ahead, left, strict=True):
-                column.append((there - here) / own)
-        blocks = []
-        for column, here in zip(columns, left, strict=True):
-            weights = np.sqrt(_weights(here / scale)) / scale
-            slopes = np.stack([(each * weights).ravel() for each in column], axis=1)
-            blocks.append(((here * weights).ravel(), slopes[:, : len(x)], slopes[:, len(x) :]))
-        return _Linear(blocks)
+    def information(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the normal equations of the shared unknowns, over their boxes, by recording.
 
-
-class _Linear:
-    """Blocks (residual, A, B) of recordings: A for what all share, B for each one's first state."""
-
-    def __init__(self, blocks: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> None:
-        self._blocks = blocks
-        self._normals, self._rights = [], []
-        for left, common, own in blocks:
-            basis, _ = np.linalg.qr(own)
-            free = common - basis @ (basis.T @ common)
-            self._normals.append(free.T @ free)
-            self._rights.append(free.T @ left)
-
-    def blind(self, box: np.ndarray) -> bool:
-        """Return whether an unknown changes residuals by less than a deviation from end to end."""
-        return bool((np.diagonal(sum(self._normals)) * (box[1] - box[0]) ** 2 < 1.0).any())
-
-    def step(self) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
-        """(P,) for what is shared, (2 nv,) for each first state, and (P,) deviations."""
-        normal = sum(self._normals)
-        inverse = np.linalg.pinv(np.asarray(normal))
-        step = -inverse @ sum(self._rights)
-        changes = [
-            -np.linalg.lstsq(own, left + common @ step, rcond=None)[0]
-            for left, common, own in self._blocks
-        ]
-        return step, changes, np.sqrt(np.diagonal(inverse))
-
-    def resampled(self, count: int, seed: int) -> np.ndarray:
-        """(count, P) changes of what is shared where recordings are drawn again.
-
-        Few recordings spread too little (by (n − 1)/n), with Student's quantiles at the ends.
+        (R, P, P) and (R, P), each recording's first state eliminated, with Huber's weights.
         """
-        from scipy import stats
+        count, left, slopes = self._box.shape[1], self.residuals(z), self.jacobian(z)
+        roots = np.sqrt(np.minimum(1.0, HUBER_OF_SMOOTH / np.maximum(np.abs(left), LEAST)))
+        left, slopes = left * roots, slopes * roots[:, None]
+        normals, rights = [], []
+        for k, (begin, end) in enumerate(pairwise(self._ends)):
+            own = slice(count + k * self.width, count + (k + 1) * self.width)
+            common = slopes[begin:end, :count] * (self._box[1] - self._box[0])
+            basis, _ = np.linalg.qr(slopes[begin:end, own])
+            free = common - basis @ (basis.T @ common)
+            normals.append(free.T @ free)
+            rights.append(free.T @ left[begin:end])
+        return np.array(normals), np.array(rights)
 
-        rng, found = np.random.default_rng(seed), []
-        normals, rights = np.array(self._normals), np.array(self._rights)
-        n = len(normals)
-        for _ in range(count):
-            chosen = rng.integers(n, size=n)
-            found.append(-np.linalg.pinv(normals[chosen].sum(0)) @ rights[chosen].sum(0))
-        ends = stats.t.isf(TAIL, n - 1) / stats.norm.isf(TAIL)
-        return np.sqrt(n / (n - 1.0)) * ends * np.array(found)
+
+def _resampled(normals: np.ndarray, rights: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """Return (count, P) changes of what is shared where recordings are drawn again.
+
+    Few recordings spread too little (by (n − 1)/n), with Student's quantiles at the ends.
+    """
+    from scipy import stats
+
+    rng, n = np.random.default_rng(seed), len(normals)
+    found = []
+    for _ in range(count):
+        chosen = rng.integers(n, size=n)
+        found.append(-np.linalg.pinv(normals[chosen].sum(0)) @ rights[chosen].sum(0))
+    ends = stats.t.isf(TAIL, n - 1) / stats.norm.isf(TAIL)
+    return np.sqrt(n / (n - 1.0)) * ends * np.array(found)
 
 
 def _moved(model: pin.Model, state: State, change: np.ndarray) -> State:
     (q, v), nv = state, model.nv
     return np.array(pin.integrate(model, q, np.ascontiguousarray(change[:nv]))), v + change[nv:]
-
-
-def _weights(sizes: np.ndarray) -> np.ndarray:
-    return np.minimum(1.0, HUBER_OF_SMOOTH / np.maximum(np.abs(sizes), LEAST))
-
-
-def _cost(left: list[np.ndarray], scale: np.ndarray) -> float:
-    """Huber's sum."""
-    total = 0.0
-    for each in left:
-        sizes = np.abs(each / scale)
-        inside = 0.5 * np.minimum(sizes, HUBER_OF_SMOOTH) ** 2
-        total += float((inside + HUBER_OF_SMOOTH * np.maximum(sizes - HUBER_OF_SMOOTH, 0.0)).sum())
-    return total

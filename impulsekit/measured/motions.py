@@ -265,7 +265,7 @@ class _Search:
         """Gauss–Newton steps from the least point where motions have no impacts."""
         found = smooth_fit(
             self._rollouts, self._scene_of, self.centre, np.asarray(self._searched.T),
-            self._fitted.tolist(), resamples, self._seed,
+            self._fitted.tolist(), (resamples, self._seed),
         )  # fmt: skip
         self.refined = found is not None
         if found is not None:

@@ -252,10 +252,6 @@ def _chosen(ending: list[_Ending | None]) -> Segments:
     return found
 
 
-# χ² by which a kink must explain samples better than a smooth way with another acceleration, which
-# has one unknown less: noise makes the kink that much better once in 10^4 times.
-KINK_BETTER = 15.0
-
 # The time of an impact is settled once it moves by less than this share of its deviation.
 KINK_SETTLED = 0.02
 # Eigenvalues of the information below this share of the largest are rounding.
@@ -400,17 +396,3 @@ def _joined(
 def _misfit(fit: FlightFit, sigma: np.ndarray) -> tuple[float, int]:
     squares = (fit.weights[:, None] * (fit.residuals / sigma) ** 2).sum()
     return float(squares), fit.residuals.size - 2 * fit.residuals.shape[1]
-
-
-def is_smooth(
-    flight: Flight, t: np.ndarray, q: np.ndarray, own: np.ndarray, sigma: np.ndarray, cost: float
-) -> bool:
-    """Return whether constant accelerations, of any size, explain samples as well as a kink.
-
-    A body that slides or rolls is no flight; cut into short pieces of flight it seems to bounce.
-
-    Args:
-        own: indices of the samples on both sides. cost: of the kink, see ``Kink``.
-    """
-    left = left_by_parabolas(flight.model, t, q, own) / sigma
-    return float((left**2).sum()) < cost + KINK_BETTER

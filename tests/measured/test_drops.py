@@ -52,5 +52,5 @@ def test_the_report_tells_the_coefficients(drops, capsys):
     main([str(drops)])
     text = capsys.readouterr().out
     assert "v_x mirrored" in text and "60 impacts, 1 flagged" in text
-    line = next(line for line in text.splitlines() if line.startswith("Newton, slip at the end"))
+    line = next(line for line in text.splitlines() if line.startswith("  Newton, slip at the end"))
     assert "restitution = 0.5 " in line and "friction = 0.15 " in line
