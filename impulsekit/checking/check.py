@@ -89,7 +89,7 @@ def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | Mot
 
 
 def _checked(impact: Impact, reference: ReferenceRobot) -> Check:
-    """As ``check``, by a reading of the robot."""
+    """Check an impact by a reading of the robot."""
     scene, system = impact.scene, reference.system
     try:
         at = system.kinematics(impact.q)
@@ -131,7 +131,7 @@ def _solved(impact: Impact, known: KnownImpulses, rows: Rows | None) -> KaneImpa
 
 
 def _give_what_solvers_found(impact: Impact, known: KnownImpulses) -> list[str]:
-    """Hand on impulses that no entry of the scene gives or demands; a note on them."""
+    """Add impulses that no entry of the scene gives or demands; return notes on them."""
     from ..impact.forces import body_impulses
 
     found = set(impact.scene.entry_names("contacts"))
@@ -152,7 +152,7 @@ def _give_what_solvers_found(impact: Impact, known: KnownImpulses) -> list[str]:
 
 
 def _with_constraint_impulses(impact: Impact, known: KnownImpulses) -> KnownImpulses:
-    """The known impulses and those that were found for the constraints."""
+    """Return the known impulses and those that were found for the constraints."""
     from ..impact.forces import body_impulses
 
     scene = impact.scene

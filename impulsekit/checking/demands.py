@@ -40,12 +40,12 @@ class KnownImpulses:
     in_joints: dict[str, np.ndarray]
 
     def add_in_joint(self, joint: str, impulse: Any) -> None:
-        """An impulse along a joint's own speeds, on top of what is there."""
+        """Add an impulse along a joint's own speeds."""
         name = self.reference.joint(joint)
         self.in_joints[name] = self.in_joints.get(name, 0.0) + np.atleast_1d(impulse)
 
     def add_on_body(self, item: BodyImpulse, frames: Any) -> None:
-        """A wrench on a body, as the solver found it; ``frames`` are those of the model."""
+        """Add a wrench on a body, as the solver found it; ``frames`` are those of the model."""
         frame = frames[item.frame_id]
         wrench = frame.placement.actInv(item.wrench_in_joint)
         link = self.reference.own_link(frame.name)
@@ -63,7 +63,7 @@ class KnownImpulses:
 def known_impulses(
     reference: ReferenceRobot, impulses: Iterable[AppliedImpulse | JointImpulse]
 ) -> KnownImpulses:
-    """The known impulses of a scene."""
+    """Return the known impulses of a scene."""
     known = KnownImpulses(reference, [], {})
     for entry in impulses:
         if isinstance(entry, AppliedImpulse):
@@ -77,7 +77,7 @@ def known_impulses(
 def constraint_rows(
     reference: ReferenceRobot, at: Kinematics, y: np.ndarray, constraints: Iterable[Constraint]
 ) -> Rows:
-    """The rows of a scene's constraints, in its order, with their velocities after.
+    """Return the rows of a scene's constraints, in its order, with their velocities after.
 
     Args:
         y: (n,) the speeds before the impact, for rows whose velocity is kept.
@@ -118,7 +118,7 @@ def _rows(reference: ReferenceRobot, at: Kinematics, entry: Constraint) -> Rows:
 
 
 def _distance_rows(reference: ReferenceRobot, at: Kinematics, entry: DistanceAnchor) -> Rows:
-    """The velocity of one point against the other along the line that joins them."""
+    """Return the velocity of one point against the other along the line that joins them."""
     tree = reference.system
     link, other = reference.link(entry.frame), reference.link(entry.other)
     between = tree.arithmetic.zeros(3)

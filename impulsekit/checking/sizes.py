@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def reach_of(tree: Tree, at: Kinematics) -> float:
-    """The reach of a body from the root of its tree [m]; never 0."""
+    """Return the reach of a body from the root of its tree [m]; never 0."""
     origins, centres = at.origins.astype(float), at.mass_centres.astype(float)
     roots: list[int] = []
     reach = 0.0
@@ -76,7 +76,7 @@ class Conditions:
 
 
 def conditions_of(tree: Tree, at: Kinematics, demands: Rows) -> Conditions | None:
-    """The conditions at a configuration; None where the masses alone are singular."""
+    """Return the conditions at a configuration; None where the masses alone are singular."""
     import scipy.linalg
 
     masses = generalized_masses(at).astype(float)
@@ -116,7 +116,7 @@ def conditions_of(tree: Tree, at: Kinematics, demands: Rows) -> Conditions | Non
 
 
 def _independent(half: np.ndarray, tolerance: float) -> tuple[int, ...]:
-    """Columns that are independent and span the others."""
+    """Return columns that are independent and span the others."""
     import scipy.linalg
 
     triangle, order = scipy.linalg.qr(half, mode="r", pivoting=True)
@@ -125,7 +125,7 @@ def _independent(half: np.ndarray, tolerance: float) -> tuple[int, ...]:
 
 
 def _rounding_of_mobility(mobilities: np.ndarray, demands: Rows) -> np.ndarray:
-    """(r,) up to where a row moves nothing: of two ends that move alike rounding is left.
+    """Return (r,) up to where a row moves nothing: of two ends that move alike rounding is left.
 
     A row is measured by those along the axes of the same velocity, and by all rows for what is
     rounding of the whole.
@@ -135,7 +135,7 @@ def _rounding_of_mobility(mobilities: np.ndarray, demands: Rows) -> np.ndarray:
 
 
 def _largest(mobilities: np.ndarray, demands: Rows) -> np.ndarray:
-    """(r,) the largest mobility among the rows along axes of the same velocity."""
+    """Return the (r,) largest mobility among the rows along axes of the same velocity."""
     largest: dict[tuple[str, int], float] = {}
     keys = []
     for i, name in enumerate(demands.names):
@@ -148,7 +148,7 @@ def _largest(mobilities: np.ndarray, demands: Rows) -> np.ndarray:
 
 
 def take(demands: Rows, indices: tuple[int, ...]) -> Rows:
-    """Some of the rows."""
+    """Return some of the rows."""
     chosen = list(indices)
     return Rows(
         demands.linear[chosen],
@@ -195,7 +195,7 @@ def sizes_of(
     loads: Iterable[Load],
     reactions: Mapping[str, np.ndarray],
 ) -> Sizes:
-    """The sizes of an impact, by the reference's numbers."""
+    """Return the sizes of an impact, by the reference's numbers."""
     masses, root = conditions.masses, np.sqrt(np.diagonal(conditions.masses))
     motions = [truth.dy.astype(float)]
     if impact.impulse_shares:
@@ -239,7 +239,7 @@ def sizes_of(
 def _without_cancelling(
     loads: Iterable[Load], tree: Tree, at: Kinematics, reach: float
 ) -> np.ndarray:
-    """(n,) how large the generalized impulses of loads are if nothing in them cancels.
+    """Return (n,) how large the generalized impulses of loads are if nothing in them cancels.
 
     |f| (|v_l| + |ω_l| r) + |c| |ω_l|, by the partial velocities of the body that bears the force f
     and the couple c; r is the robot's reach and the distance of the point from the link's origin.

@@ -42,7 +42,7 @@ _SIMPLE: dict[str, tuple[tuple[str, tuple[float, ...] | None], ...]] = {
 
 
 def system_of_model(robot: Robot, part: RobotPart, numbers: Arithmetic) -> KaneSystem:
-    """The Kane system of one part of a robot, placed in the world as in the robot.
+    """Return the Kane system of one part of a robot, placed in the world as in the robot.
 
     Raises:
         InputError: the model has a joint that the reference does not know.
@@ -87,7 +87,7 @@ class _Builder:
         self.body_of_joint[joint_id] = above
 
     def _add_frames(self, joint_id: int, links: list[Link]) -> None:
-        """Links and frames of a joint, each a body fixed to it."""
+        """Add links and frames of a joint, each a body fixed to it."""
         model = self.robot.model
         by_frame = {link.frame_id: link for link in links}
         for frame_id, frame in enumerate(model.frames):
@@ -137,7 +137,7 @@ class _Inertia(NamedTuple):
 
 
 def _in_frame(link: Link, place: pin.SE3) -> _Inertia:
-    """The inertia of a link in its own frame."""
+    """Return the inertia of a link in its own frame."""
     turn = place.rotation
     lever = turn.T @ (link.com_in_joint - place.translation)
     return _Inertia(link.mass, lever, turn.T @ link.inertia_in_joint_axes @ turn)
@@ -146,7 +146,7 @@ def _in_frame(link: Link, place: pin.SE3) -> _Inertia:
 def _simple_joints(
     joint: pin.JointModel, name: str
 ) -> Iterator[tuple[str, Any, np.ndarray, np.ndarray]]:
-    """Kind, axis and placement of each simple joint that a joint of Pinocchio is made of."""
+    """Return kind, axis and placement of each simple joint that a joint of Pinocchio is made of."""
     word = joint.shortname().removeprefix("JointModel")
     one, none = np.eye(3), np.zeros(3)
     if word == "Composite":
@@ -189,14 +189,15 @@ class ReferenceRobot:
     prefix: str
 
     def link(self, frame: str) -> str:
-        """The link that a frame of the robot is; "world" for the fixed one.
+        """Return the link that a frame of the robot is; "world" for the fixed one.
 
         A URDF joint's frame is that of the link below it.
         """
         return frame if frame == "world" else self.own_link(frame)
 
     def own_link(self, frame: str) -> str:
-        """The same for a frame that moves with the robot: a URDF may call a link "world", too."""
+        """Return the same for a frame that moves with the robot: a URDF may call a link "world",
+        too."""
         name = self.prefix + frame
         tree = self.system
         if name not in tree.link_names and frame == WORLD_LINK:
@@ -206,18 +207,18 @@ class ReferenceRobot:
         return name
 
     def joint(self, joint: str) -> str:
-        """The name of a joint in the system."""
+        """Return the name of a joint in the system."""
         return self.prefix + joint
 
     def joints(self, names: Iterable[str]) -> dict[str, str]:
-        """By joint of the robot, the joint of the system; without those it does not have."""
+        """Return the system's joint by the robot's, without those it does not have."""
         known = set(self.system.joint_names)
         found = {name: self.joint(name) for name in names}
         return {name: inner for name, inner in found.items() if inner in known}
 
 
 def reference_robot(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
-    """The reference's own reading of a robot's URDF, kept as long as the robot lives.
+    """Return the reference's own reading of a robot's URDF, kept as long as the robot lives.
 
     Args:
         robot: the robot.
@@ -236,7 +237,7 @@ _kept: weakref.WeakKeyDictionary[Robot, dict[str, ReferenceRobot]] = weakref.Wea
 
 
 def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
-    """The reference's own reading of a robot's URDF, in the numbers given.
+    """Return the reference's own reading of a robot's URDF, in the numbers given.
 
     Raises:
         InputError: the robot cannot be made by the reference; it says why.
@@ -288,7 +289,7 @@ def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
 
 
 def _with_rotors(reference: ReferenceRobot, robot: Robot) -> ReferenceRobot:
-    """The same system with the armature of the robot's joints."""
+    """Return the same system with the armature of the robot's joints."""
     armature = np.array(robot.model.armature)
     if not armature.any():
         return reference

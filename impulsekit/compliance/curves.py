@@ -90,7 +90,7 @@ class Hertz:
         return 4.0 / 3.0 * self.modulus / math.sqrt(self.curvature)
 
     def pressure(self, force: float) -> float:
-        """The largest pressure under a force, p = (6 F E*²/(π³ R*²))^⅓ [Pa]."""
+        """Return the largest pressure under a force, p = (6 F E*²/(π³ R*²))^⅓ [Pa]."""
         return float(
             (6.0 * force * (self.modulus * self.curvature) ** 2 / math.pi**3) ** (1.0 / 3.0)
         )
@@ -123,20 +123,20 @@ class PowerCurve:
         _of_power(self)
 
     def energy(self, indentation: Floats) -> Floats:
-        """∫F dδ [J]."""
+        """Return ∫F dδ [J]."""
         return self.stiffness * indentation ** (self.exponent + 1.0) / (self.exponent + 1.0)
 
     def force(self, indentation: Floats) -> Floats:
-        """F [N]."""
+        """Return F [N]."""
         return self.stiffness * indentation**self.exponent
 
     def deepest(self, energy: Floats) -> Floats:
-        """The indentation that takes an energy [m]."""
+        """Return the indentation that takes an energy [m]."""
         n = self.exponent + 1.0
         return (n * energy / self.stiffness) ** (1.0 / n)
 
     def time(self, indentation: float, mass: float, speed: float) -> float:
-        """The time in which a mass that came at a speed reaches an indentation on its way in [s].
+        """Return the time in which a mass with a speed reaches an indentation on its way in [s].
 
         δ_max/((n + 1) c) B(x; 1/(n + 1), ½) with x = (δ/δ_max)^(n + 1).
         """
@@ -221,7 +221,7 @@ class MeasuredCurve:
         return list(zip(self.indentation, self.forces, strict=True))
 
     def energy(self, indentation: float) -> float:
-        """∫F dδ [J]."""
+        """Return ∫F dδ [J]."""
         total = 0.0
         for (a, f), (b, g) in pairwise(self._points):
             end = min(b, indentation)
@@ -231,13 +231,13 @@ class MeasuredCurve:
         return total
 
     def force(self, indentation: float) -> float:
-        """F [N]."""
+        """Return F [N]."""
         import numpy as np
 
         return float(np.interp(indentation, self.indentation, self.forces))
 
     def deepest(self, energy: float) -> float:
-        """The indentation that takes an energy [m].
+        """Return the indentation that takes an energy [m].
 
         Raises:
             RangeError: more than the curve holds.
@@ -259,7 +259,7 @@ class MeasuredCurve:
         return self.energy(self.indentation[-1])
 
     def time(self, indentation: float, mass: float, speed: float) -> float:
-        """The time in which a mass that came at a speed reaches an indentation on its way in [s].
+        """Return the time in which a mass with a speed reaches an indentation on its way in [s].
 
         On each piece of slope s the motion is that of a spring: closed form.
         """
@@ -289,7 +289,7 @@ def _numbers(given: Numbers, what: str) -> tuple[float, ...]:
 
 
 def _time_on_spring(f: float, g: float, v: float, w: float, slope: float, mass: float) -> float:
-    """The time from force f and speed v to g and w, where force grows by ``slope`` [s]."""
+    """Return the time from force f and speed v to g and w, where force grows by ``slope`` [s]."""
     if abs(g - f) <= SAME * max(f, g):
         return 2.0 * mass * (v - w) / (f + g)
     rate = math.sqrt(abs(slope) / mass)
@@ -300,7 +300,7 @@ def _time_on_spring(f: float, g: float, v: float, w: float, slope: float, mass: 
 
 
 def _beta(a: float) -> float:
-    """B(a, ½)."""
+    """Return B(a, ½)."""
     return math.gamma(a) * math.gamma(0.5) / math.gamma(a + 0.5)
 
 

@@ -164,7 +164,7 @@ class ForceHistory(OneLine):
         return read_only(column)
 
     def at(self, t: float) -> Sample:
-        """Force, indentation, its rate and the impulse so far at an instant, to rounding.
+        """Return force, indentation, its rate and the impulse so far at an instant, to rounding.
 
         Args:
             t: time since the first touch [s].
@@ -184,19 +184,19 @@ class ForceHistory(OneLine):
         return self._way.at(float(place))
 
     def force_at(self, t: ArrayLike) -> np.ndarray:
-        """(n,) the normal force at instants [N]; 0 before and after the contact."""
+        """Return the (n,) normal force at instants [N]; 0 before and after the contact."""
         times = np.atleast_1d(np.array(t, dtype=float))
         return np.array(
             [self.at(float(x)).force if 0.0 <= x <= self.duration else 0.0 for x in times]
         )
 
     def vector_at(self, t: ArrayLike) -> np.ndarray:
-        """(n, 3) the force that the contact's first body receives, world axes [N]."""
+        """Return the (n, 3) force that the contact's first body receives, world axes [N]."""
         return self.force_at(t)[:, None] * self._share
 
 
 def force_history(impact: Impact, curve: Curve, contact: str | int | None = None) -> ForceHistory:
-    """The force of a contact over time, from the impulse that the law of impact gave it.
+    """Return the force of a contact over time, from the impulse that the law of impact gave it.
 
     A rigid impact gives the impulse P, the velocities before and after, and the work; how force
     grows with indentation determines how long that takes, how deep it goes, and the largest force.
@@ -242,7 +242,7 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
 
 
 def way_of(phases: Phases, curve: Curve, where: str) -> Elastic | Viscous:
-    """Compression and restitution of a contact on a curve."""
+    """Return compression and restitution of a contact on a curve."""
     if isinstance(curve, HuntCrossley):
         return Viscous(phases, curve.stiffness, curve.exponent, where)
     if isinstance(curve, Hertz):
@@ -260,7 +260,7 @@ def checked_curve(curve: Curve, what: str) -> None:
 
 
 def _only_contact(impact: Impact, contact: str | int | None) -> tuple[int, int]:
-    """The index of the contact that carries the impulse, and of its touching point."""
+    """Return the index of the contact that carries the impulse, and of its touching point."""
     scene = impact.scene
     # As far as is known it has to be the only answer.
     if not impact.status.valid or impact.uniqueness.several:

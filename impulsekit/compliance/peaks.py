@@ -68,7 +68,7 @@ def peak_forces(
     points: Mapping[str, ArrayLike] | None = None,
     threads: int | None = None,
 ) -> PeakForces:
-    """The peak of ``force_history`` at many states, at the speed of ``solve_batch``.
+    """Return the peak of ``force_history`` at many states, at the speed of ``solve_batch``.
 
     One effective mass m = P/(c + s) moves in and out, with P the normal impulse, c and s the
     normal speeds of approach and separation. The deepest indentation δ follows from
@@ -111,7 +111,7 @@ def peak_forces(
 
 
 def _only_contact(scene: Scene, curve: Curve, friction: Any) -> str:
-    """The name of the scene's contact; raises where ``peak_forces`` is not available."""
+    """Return the name of the scene's contact, or raise where peaks are not available."""
     check_kind(scene, Scene, "peak_forces")
     checked_curve(curve, "peak_forces")
     if len(scene.contacts) != 1 or scene.impulses or scene.held:
@@ -133,7 +133,7 @@ def _only_contact(scene: Scene, curve: Curve, friction: Any) -> str:
 
 
 def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
-    """From normal velocities and impulses of a batch; rows that are not struck are left out."""
+    """Compute peaks from a batch's normal velocities and impulses; rows not struck are left out."""
     parts = batch.normal_components[:, 0]
     impulse = np.where(batch.valid, parts[:, 2], np.nan)
     struck = np.flatnonzero(impulse > 0.0)
@@ -175,7 +175,7 @@ def _peaks(name: str, batch: ImpactBatch, curve: Curve) -> PeakForces:
 
 
 def _spread(values: np.ndarray, rows: np.ndarray, nothing: np.ndarray) -> np.ndarray:
-    """``values`` at the given rows, ``nothing`` at all others."""
+    """Return ``values`` at the given rows, ``nothing`` at all others."""
     whole = nothing.copy()
     whole[rows] = values
     return whole

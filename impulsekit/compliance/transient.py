@@ -160,7 +160,7 @@ def transient_contact(
     area: float | None = None,
     limits: Mapping[str, BodyRegion] = ISO_TS_15066,
 ) -> TransientContact:
-    """The load on a region of a person's body that a moving robot strikes and recoils from.
+    """Return the load on a region of a person's body that a moving robot strikes and recoils from.
 
     Args:
         robot: the robot, or a scene whose constraints and controlled joints hold.
@@ -266,7 +266,7 @@ def _region(body: str | BodyRegion, limits: Mapping[str, BodyRegion]) -> BodyReg
 
 
 def _fastest_link(mechanics: Mechanics, robot: Robot, v: np.ndarray) -> str:
-    """The link whose origin moves fastest; of equally fast ones the first."""
+    """Return the link whose origin moves fastest; of equally fast ones the first."""
     origin = np.zeros(3)
     speeds = {
         link.name: float(np.linalg.norm(mechanics.point_jacobian(link.name, origin)[:3] @ v))

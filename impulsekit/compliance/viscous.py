@@ -56,7 +56,7 @@ class Phases(NamedTuple):
 
 
 def phases_of(impulse: float, before: float, after: float, work: float, where: str) -> Phases:
-    """The phases of a contact that was struck.
+    """Return the phases of a contact that was struck.
 
     Args:
         impulse: P > 0 [N s].
@@ -156,7 +156,8 @@ class Elastic:
         return self.compression + self._restitution_to(0.0)
 
     def _restitution_to(self, elastic: float) -> float:
-        """The time from the deepest point to where ``elastic`` of its indentation is left."""
+        """Return the time from the deepest point to where ``elastic`` of its indentation is
+        left."""
         share, out = self._share, self.phases
         if out.separation == 0.0:
             return 0.0
@@ -167,7 +168,7 @@ class Elastic:
         return whole - self.curve.time(elastic, mass, speed)
 
     def at(self, fraction: float) -> Sample:
-        """At a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
+        """Return the sample at a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
         phases, most, share = self.phases, self.deepest, self._share
         if fraction <= 1.0:
             depth = most * math.sin(0.5 * math.pi * fraction)
@@ -208,7 +209,7 @@ SMALL_LOSS = 0.9
 
 
 def _excess(x: np.ndarray) -> np.ndarray:
-    """x − ln(1 + x), to all its digits near 0."""
+    """Return x − ln(1 + x), to all its digits near 0."""
     near = np.where(np.abs(x) > SERIES, 0.0, x)
     total, term = np.zeros_like(near), near
     for k in range(2, 16):
@@ -218,7 +219,7 @@ def _excess(x: np.ndarray) -> np.ndarray:
 
 
 def _damping(c: np.ndarray, s: np.ndarray, m_in: np.ndarray, m_out: np.ndarray) -> np.ndarray:
-    """λ [s/m] with m_r L(−λ s) = m_c L(λ c): what is spent and regained returns to δ = 0.
+    """Return λ [s/m] with m_r L(−λ s) = m_c L(λ c): what is spent and regained returns to δ = 0.
 
     Found in y = −ln(1 − λ s), over which nothing is steep; NaN where y is above ``STEEP``.
     """
@@ -250,7 +251,8 @@ def _damping(c: np.ndarray, s: np.ndarray, m_in: np.ndarray, m_out: np.ndarray) 
 
 
 def _stored(mass: np.ndarray, x: np.ndarray, end: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """The energy of the spring where the rate is, of a phase that begins or ends with ``end``."""
+    """Return the energy of the spring where the rate is, of a phase that begins or ends with
+    ``end``."""
     undamped = np.abs(x * end) < UNDAMPED
     damping = np.where(undamped, 1.0, x)
     damped = mass / (damping * damping) * (_excess(x * end) - _excess(x * rate))
@@ -258,12 +260,12 @@ def _stored(mass: np.ndarray, x: np.ndarray, end: np.ndarray, rate: np.ndarray) 
 
 
 def _depth_of(stored: np.ndarray, k: float, n: float) -> np.ndarray:
-    """δ at which k δ^(n + 1)/(n + 1) is an energy."""
+    """Return δ at which k δ^(n + 1)/(n + 1) is an energy."""
     return ((n + 1.0) * np.maximum(stored, 0.0) / k) ** (1.0 / (n + 1.0))
 
 
 def _rate_at_peak(x: np.ndarray, c: np.ndarray, n: float) -> np.ndarray:
-    """δ' where the force is largest; Newton's steps come down to it from c."""
+    """Return δ' where the force is largest; Newton's steps come down to it from c."""
     at = x * c
     aim = (n + 1.0) * _excess(at)
     for _ in range(MOST_STEPS):
@@ -278,7 +280,7 @@ def _rate_at_peak(x: np.ndarray, c: np.ndarray, n: float) -> np.ndarray:
 def viscous_peak(
     c: Any, s: Any, m_in: Any, m_out: Any, k: float, n: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """λ [s/m], the largest indentation [m] and the largest force [N]; NaN for e below 0.03.
+    """Return λ [s/m], the largest indentation [m] and the largest force [N]; NaN for e below 0.03.
 
     Args:
         c, s: (B,) or numbers, speeds of approach and separation [m/s]; both above 0.
@@ -316,7 +318,7 @@ class Viscous:
             raise RangeError.of("HuntCrossley: restitution", s / c, "above 0.03")
 
     def _depth(self, rate: Any, inwards: bool) -> np.ndarray:
-        """δ where it changes at rates."""
+        """Return δ where it changes at rates."""
         phases = self.phases
         mass = phases.mass_in if inwards else phases.mass_out
         end = phases.approach if inwards else -phases.separation
@@ -338,7 +340,7 @@ class Viscous:
         return self.compression + self._time_near_end(0.0, False)
 
     def _time_near_end(self, rate: float, inwards: bool) -> float:
-        """From the first contact to a rate of indentation, or from there to the last one [s]."""
+        """Return the time from the first contact to a rate, or from there to the last one [s]."""
         phases, n, x = self.phases, self._n, self.damping
         mass = phases.mass_in if inwards else phases.mass_out
         end = phases.approach if inwards else -phases.separation
@@ -360,7 +362,7 @@ class Viscous:
         return float(weights @ ((whole * nodes) ** power * parts) * whole ** (1.0 - power))
 
     def at(self, fraction: float) -> Sample:
-        """At a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
+        """Return the sample at a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
 
         phases = self.phases
         if fraction <= 1.0:
@@ -381,7 +383,7 @@ class Viscous:
 
 @cache
 def _jacobi(power: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights on (0, 1) for ∫ x^power f(x) dx."""
+    """Return nodes and weights on (0, 1) for ∫ x^power f(x) dx."""
     from scipy.special import roots_jacobi
 
     nodes, weights = roots_jacobi(NODES, 0.0, power)

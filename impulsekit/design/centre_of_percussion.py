@@ -88,7 +88,7 @@ class WorstBlow(OneLine):
 def reaction_map(
     scene: Scene | Robot, q: ArrayLike, joint: str, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> np.ndarray:
-    """The reaction impulse of a joint by an impulsive wrench at a point: a (6, 6) matrix.
+    """Return the reaction impulse of a joint by an impulsive wrench at a point: a (6, 6) matrix.
 
     Both wrenches are linear before angular in world axes; that of the joint is the one
     that the parent gives the child, at the joint's origin.
@@ -165,7 +165,7 @@ def spare_joint(
 def centre_of_percussion(
     scene: Scene | Robot, q: ArrayLike, joint: str, frame: str | None = None
 ) -> SparedJoint:
-    """The centre of percussion of the link behind a revolute joint.
+    """Return the centre of percussion of the link behind a revolute joint.
 
     It lies on the line from the joint to the mass centre of its body; the blow is normal to
     that line and to the axis. The bodies further out move with their joints.
@@ -248,7 +248,7 @@ def worst_blow(
 
 
 def _nearest(base: np.ndarray, slope: np.ndarray) -> float:
-    """The s at which |base + s slope| is least."""
+    """Return the s at which |base + s slope| is least."""
     size = float(slope @ slope)
     if size <= UNMOVED**2 * float(base @ base) or size == 0.0:
         raise InputError(
@@ -258,7 +258,7 @@ def _nearest(base: np.ndarray, slope: np.ndarray) -> float:
 
 
 def _best_place(base: np.ndarray, slope: np.ndarray) -> float:
-    """The s at which the smallest singular value of base + s slope is least, by search."""
+    """Return the s at which the smallest singular value of base + s slope is least, by search."""
     from scipy.optimize import minimize_scalar
 
     def least(s: float) -> float:
@@ -272,7 +272,7 @@ def _best_place(base: np.ndarray, slope: np.ndarray) -> float:
 
 
 def _frame_of(robot: Robot, joint_id: int, joint: str) -> str:
-    """A frame that sits at a joint."""
+    """Return a frame that sits at a joint."""
     for frame in robot.model.frames:
         if frame.parentJoint == joint_id and frame.type == pin.FrameType.JOINT:
             return str(frame.name)

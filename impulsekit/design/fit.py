@@ -37,7 +37,7 @@ from .fit_result import (
     whitening,
     widened,
 )
-from .parameters import Measurement, groups_of, parameters_of
+from .parameters import Measurement, checked_sigma, groups_of, parameters_of
 from .solved import SolvedImpacts
 
 # A start this far inside its bounds: at a bound the solver could not take a first step.
@@ -152,7 +152,10 @@ class _Problem:
             after = floats(m.v_after, f"measurements[{i}]: v_after")
             if after.shape != (nv,):
                 raise ShapeError.of(f"measurements[{i}]: v_after", (nv,), after.shape)
-            sigma = _checked_sigma(m, i, nv)
+            sigma = checked_sigma(
+                1.0 if m.sigma is None else m.sigma, nv, f"measurements[{i}]: sigma"
+            )
+            sigma = np.broadcast_to(sigma, (nv,))
             if np.isinf(after).any():
                 raise NotFiniteError.of(f"measurements[{i}]: v_after", "an entry", "an infinity")
             seen = ~np.isnan(after)
@@ -171,7 +174,7 @@ class _Problem:
             )
 
     def fit(self, robust: str) -> Fit:
-        """The least squares; weights follow from its residuals, and it from them."""
+        """Run the least squares; weights follow from its residuals, and it from them."""
         found = None
         start = self._start
         noisy = bool(self._covariances)
@@ -207,7 +210,7 @@ class _Problem:
             self._whiteners[i] = whitening(to_residual @ own @ to_residual.T)
 
     def _blocks_of(self, rows: np.ndarray) -> list[np.ndarray]:
-        """Rows by measurement."""
+        """Return rows by measurement."""
         return np.split(rows, np.cumsum([len(after) for after in self._after])[:-1])
 
     def _least_squares(self, first: np.ndarray, steps: int | None = None) -> Any:
@@ -298,7 +301,7 @@ class _Problem:
         )
 
     def _other_start(self, x: np.ndarray) -> np.ndarray | None:
-        """A start with the best friction of a ladder, for one that no measurement sees; or None."""
+        """Return a start with the best friction of a ladder, if no measurement sees it; or None."""
         jacobian = self._both(x)[1]
         better = x.copy()
         for i, parameter in enumerate(self._parameters):
@@ -312,7 +315,7 @@ class _Problem:
         return None if np.array_equal(better, x) else better
 
     def _both(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (N,), fitted less measured, over sigma, and their Jacobian (N, P)."""
+        """Return residuals (N,), fitted less measured, over sigma, and their Jacobian (N, P)."""
         residuals, rows = [], []
         whiteners = [w * f for w, f in zip(self._whiteners, self._factors, strict=True)]
         for (v_after, columns), after, seen, whiten in zip(
@@ -337,16 +340,6 @@ def _all_measurements(given: Any) -> tuple[Measurement, ...]:
     return measurements
 
 
-def _checked_sigma(m: Measurement, index: int, nv: int) -> np.ndarray:
-    what = f"measurements[{index}]: sigma"
-    sigma = floats(1.0 if m.sigma is None else m.sigma, what)
-    if sigma.shape not in ((), (nv,)):
-        raise ShapeError.of(what, (nv,), sigma.shape, "or one number")
-    if not (sigma > 0.0).all() or not np.isfinite(sigma).all():
-        raise RangeError.of(what, m.sigma, "above zero")
-    return np.broadcast_to(sigma, (nv,))
-
-
 def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray:
     what = f"measurements[{index}]: covariance"
     if m.sigma is not None:
@@ -359,7 +352,7 @@ def _checked_covariance(m: Measurement, index: int, nv: int) -> np.ndarray:
 
 
 def _covariance(jacobian: np.ndarray) -> np.ndarray:
-    """(JᵀJ)⁻¹, with infinite variance for what is not seen."""
+    """Return (JᵀJ)⁻¹, with infinite variance for what is not seen."""
     _, values, ways = np.linalg.svd(jacobian, full_matrices=False)
     seen = values > UNSEEN * max(values[0], NONZERO)
     covariance = (ways[seen].T / values[seen] ** 2) @ ways[seen]

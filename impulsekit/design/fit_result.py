@@ -25,14 +25,14 @@ NOISELESS = 1e-12
 
 
 def whitening(covariance: np.ndarray) -> np.ndarray:
-    """(n, n) W with WᵀW = C⁻¹ of a covariance, its smallest variances raised to be of use."""
+    """Return (n, n) W with WᵀW = C⁻¹ of a covariance, its smallest variances raised."""
     values, axes = np.linalg.eigh(covariance)
     values = np.maximum(values, NOISELESS * values[-1])
     return np.asarray(axes.T / np.sqrt(values)[:, None])
 
 
 def block_weights(kind: str, blocks: Sequence[np.ndarray]) -> np.ndarray:
-    """(M,) weights, 0 to 1, of measurements by the size of their residuals.
+    """Return (M,) weights, 0 to 1, of measurements by the size of their residuals.
 
     Args:
         kind: one of ``ROBUST``.
@@ -66,7 +66,7 @@ AT_BOUND = 1e-9
 
 
 def not_seen(names: Sequence[str], covariance: np.ndarray) -> list[str]:
-    """Parameters on which no measurement depends."""
+    """Return the parameters on which no measurement depends."""
     return [
         f"{name} is not determined: no measured velocity depends on it where the fit ends"
         + (" (no contact slides)" if name.endswith("friction") else "")
@@ -78,7 +78,7 @@ def not_seen(names: Sequence[str], covariance: np.ndarray) -> list[str]:
 def bounds_reached(
     names: Sequence[str], values: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> list[str]:
-    """Parameters that end at a bound."""
+    """Return parameters that end at a bound."""
     found = []
     for name, value, *ends in zip(names, values, low, high, strict=True):
         for end in ends:
@@ -98,7 +98,7 @@ def is_misfit(residual: np.ndarray, freedom: int) -> bool:
 
 
 def outliers(residual: np.ndarray, counts: Sequence[int]) -> list[str]:
-    """Measurements whose residuals are far above those of the others.
+    """Return measurements whose residuals are far above those of the others.
 
     Args:
         residual: (N,) of all measured numbers.
@@ -119,7 +119,7 @@ def outliers(residual: np.ndarray, counts: Sequence[int]) -> list[str]:
 def spread_of_measurements(
     jacobian: np.ndarray, residual: np.ndarray, counts: Sequence[int]
 ) -> np.ndarray:
-    """(P,) standard deviations by how much each measurement pulls: they hold whatever the noise.
+    """Return (P,) standard deviations by how much each measurement pulls, for any noise.
 
     The jackknife of least squares (MacKinnon & White 1985; Bell & McCaffrey 2002): noise of v⁻
     goes through the impact, so that the numbers of one measurement are off together. 0 where
@@ -138,7 +138,7 @@ def spread_of_measurements(
 
 
 def widened(covariance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """The covariance with standard deviations of no less than these."""
+    """Return the covariance with standard deviations of no less than these."""
     own = np.sqrt(np.diagonal(covariance))
     factor = np.ones_like(own)
     wider = sigma > own
@@ -214,7 +214,7 @@ class Fit(Displayed):
         return one_line("Fit", state, *doubts, *values)
 
     def __getitem__(self, name: str) -> float:
-        """The value of one parameter by name.
+        """Return the value of one parameter by name.
 
         Raises:
             UnknownNameError.
@@ -224,7 +224,7 @@ class Fit(Displayed):
         return float(self.values[self.names.index(name)])
 
     def intervals(self, level: float = 0.95) -> np.ndarray:
-        """(P, 2) confidence intervals within the bounds: Student's where the noise was estimated.
+        """Return (P, 2) confidence intervals in the bounds, Student's where noise was estimated.
 
         Raises:
             RangeError: the level is not between 0 and 1.
@@ -239,7 +239,7 @@ class Fit(Displayed):
         return np.clip(ends, self.bounds[:, :1], self.bounds[:, 1:])
 
     def resampled(self, count: int = 1000, seed: int = 0) -> np.ndarray:
-        """(count, P) values from resampled measurements (bootstrap), a Newton step each.
+        """Return (count, P) values from resampled measurements (bootstrap), a Newton step each.
 
         Percentiles are intervals that need no normal noise: hold them beside ``intervals``.
 

@@ -52,7 +52,7 @@ class ImpactInvariant(OneLine):
     after: np.ndarray
 
     def project(self, v: ArrayLike) -> np.ndarray:
-        """(nv,) the part NᵀN v of a velocity, or of a velocity error, that no impact changes.
+        """Return the part NᵀN v (nv,) of a velocity, or of its error, that no impact changes.
 
         Raises:
             ShapeError, NotFiniteError.
@@ -61,7 +61,7 @@ class ImpactInvariant(OneLine):
         return part
 
     def corrected(self, jacobian: ArrayLike, wanted: ArrayLike, v: ArrayLike) -> np.ndarray:
-        """(k,) the error of outputs ẏ = J_y v that remains for the impulse that suits it best.
+        """Return the error (k,) of outputs ẏ = J_y v that the best impulse leaves.
 
         min over Λ of |wanted − J_y (v + M⁻¹JᵀΛ)|: errors that an impact could explain are not
         acted on.
@@ -86,7 +86,7 @@ class ImpactInvariant(OneLine):
 
 
 def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
-    """The velocities that impacts at a scene's contacts leave alone, at a configuration.
+    """Return the velocities that impacts at a scene's contacts leave alone, at a configuration.
 
     Args:
         scene: its contacts that touch at q count, with their tangents where they have friction;

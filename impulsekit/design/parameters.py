@@ -11,7 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..display import OneLine
-from ..errors import InputError, RangeError, UnknownNameError, quoted, shown
+from ..errors import InputError, RangeError, ShapeError, UnknownNameError, quoted, shown
+from ..robot.arrays import floats
 from ..robot.robot import with_masses
 from ..scene import JointStop, RestitutionTable, Rope, Scene
 
@@ -58,6 +59,20 @@ class Measurement(OneLine):
     recording: str = ""
 
 
+def checked_sigma(given: Any, nv: int, what: str) -> np.ndarray:
+    """Return standard deviations of noise as an array, () or (nv,).
+
+    Raises:
+        ShapeError, RangeError: they have another shape, or are not above 0.
+    """
+    sigma = floats(given, what)
+    if sigma.shape not in ((), (nv,)):
+        raise ShapeError.of(what, (nv,), sigma.shape, "or one number")
+    if not (np.isfinite(sigma) & (sigma > 0.0)).all():
+        raise RangeError.of(what, given, "above 0")
+    return sigma
+
+
 # The order of pinocchio.Inertia.toDynamicParameters.
 INERTIA_PARAMETERS = ("mass", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz")
 # What forces have that is no direction and no place.
@@ -77,7 +92,6 @@ class Parameter:
         speeds: of the points of that table [m/s]; none for a restitution that is one number.
         group: of the measurements that it is for; None for all.
         start, low, high: where the fit starts, and its bounds.
-        scale: the size of its values.
         scale: the size of its values.
     """
 
@@ -109,7 +123,7 @@ def parameters_of(
     groups: Sequence[str] = (),
     grouped: Sequence[str] = ("restitution",),
 ) -> list[Parameter]:
-    """The unknowns by their names, starting from the values of the scenes, the first one's first.
+    """Return the unknowns by their names, starting from the values of the first scene.
 
     A pattern with ``*`` or ``?``, such as "corner_*", or a tuple of names is one unknown that
     these contacts share. A ``RestitutionTable`` is one unknown for each of its points.
@@ -177,7 +191,7 @@ def parameters_of(
 
 
 def force_parameters_of(scene: Scene, forces: Mapping[str, Sequence[str]]) -> list[Parameter]:
-    """The unknowns of forces by their names, starting from the values of the scene.
+    """Return the unknowns of forces by their names, starting from the values of the scene.
 
     Raises:
         InputError: no lists of parameters by name.
@@ -211,7 +225,7 @@ def force_parameters_of(scene: Scene, forces: Mapping[str, Sequence[str]]) -> li
 def groups_of(
     measurements: Sequence[Measurement], by_group: bool | Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the groups, and the coefficients that each has of its own, for ``parameters_of``.
+    """Return the names of the groups, and which coefficients each has of its own.
 
     Raises:
         InputError: no such coefficient.
@@ -230,7 +244,7 @@ def groups_of(
 
 
 def _speeds(values: Sequence[Any]) -> tuple[float, ...]:
-    """The speeds of tables of restitution that are alike; none if there are others."""
+    """Return the speeds of tables of restitution that are alike; none if there are others."""
     if not all(isinstance(value, RestitutionTable) for value in values):
         return ()
     speeds: tuple[float, ...] = values[0].speeds
@@ -240,7 +254,7 @@ def _speeds(values: Sequence[Any]) -> tuple[float, ...]:
 
 
 def _tied(given: str | Sequence[str], contacts: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
-    """The name of a shared coefficient, and the contacts that share it."""
+    """Return the name of a shared coefficient, and the contacts that share it."""
     if not isinstance(given, str):
         names = tuple(str(name) for name in given)
         entry = ", ".join(names)
@@ -260,7 +274,7 @@ def _tied(given: str | Sequence[str], contacts: Mapping[str, Any]) -> tuple[str,
 def scene_of(
     measurement: Measurement, parameters: Sequence[Parameter], x: np.ndarray, kept: dict[Any, Scene]
 ) -> Scene:
-    """The scene of a measurement with the values of the unknowns and its own points.
+    """Return the scene of a measurement with the values of the unknowns and its own points.
 
     ``kept``: scenes made before, which measurements without points share.
     """
@@ -284,7 +298,7 @@ def scene_of(
 def changed_scene(
     scene: Scene, parameters: Sequence[Parameter], x: np.ndarray, group: str = ""
 ) -> Scene:
-    """A scene with the values x (P,) of the unknowns, those of a group of measurements."""
+    """Return a scene with the values x (P,) of the unknowns, those of a group of measurements."""
     changes: dict[str, dict[str, Any]] = {}
     bodies: dict[str, dict[int, float]] = {}
     acting: dict[str, dict[str, Any]] = {}

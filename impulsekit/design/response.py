@@ -58,7 +58,7 @@ class Response:
         return free @ free.T
 
     def point_mobility(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(3, 3) G = J H Jᵀ, and (3, 3) the same of the robot that nothing holds.
+        """Return (3, 3) G = J H Jᵀ, and (3, 3) the same of the robot that nothing holds.
 
         G is compared with the second for rounding, which is of the size |J|²/m of what cancels.
         """
@@ -73,12 +73,12 @@ class Response:
         return root @ root.T
 
     def point_jacobian(self, frame: str, at: Any) -> np.ndarray:
-        """(3, nv) of a point of a frame, world axes."""
+        """Return (3, nv) of a point of a frame, world axes."""
         self.robot.frame_id(frame)
         return self.mechanics.point_jacobian(frame, np.array(vector(at, "at")))[:3]
 
     def reaction_map(self, joint: str, frame: str, at: Any) -> np.ndarray:
-        """(6, 6) what a joint carries of unit wrenches at a point, both in world axes."""
+        """Return (6, 6) what a joint carries of unit wrenches at a point, both in world axes."""
         place = vector(at, "at")
         still = self.robot.velocity()
         columns = []
@@ -93,7 +93,7 @@ class Response:
 
 
 def unit_vector(given: Any, what: str) -> np.ndarray:
-    """(3,) a direction at unit length.
+    """Return a direction (3,) at unit length.
 
     Raises:
         RangeError: it has no length.
@@ -143,7 +143,7 @@ class ImpactEllipsoid(OneLine):
     immobile: float = 0.0
 
     def effective_mass(self, direction: ArrayLike) -> float:
-        """1/(n·G n) along a direction in world axes [kg].
+        """Return 1/(n·G n) along a direction in world axes [kg].
 
         Raises:
             RangeError, ShapeError, NotFiniteError: no direction.
@@ -156,7 +156,7 @@ class ImpactEllipsoid(OneLine):
 def impact_ellipsoid(
     scene: Scene | Robot, q: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> ImpactEllipsoid:
-    """The impact ellipsoid of a point of a frame.
+    """Return the impact ellipsoid of a point of a frame.
 
     Args:
         scene: the robot, or a scene whose constraints apply; its impulses and contacts are
@@ -196,7 +196,7 @@ def effective_mass(
     direction: ArrayLike,
     at: ArrayLike = (0.0, 0.0, 0.0),
 ) -> float:
-    """The effective (reflected) mass of a point along a direction in world axes [kg].
+    """Return the effective (reflected) mass of a point along a direction in world axes [kg].
 
     1/(n·J M⁻¹Jᵀ n), with the constraints of the scene if one is given; infinite where the
     point cannot move. Arguments and errors are those of ``impact_ellipsoid``.

@@ -65,7 +65,7 @@ class SolvedImpacts:
         self._known: dict[bytes, list[_Solved]] = {}
 
     def v_after(self, x: np.ndarray) -> list[np.ndarray]:
-        """(M,) of (nv,) v⁺ at values x (P,) of the unknowns.
+        """Return (M,) of (nv,) v⁺ at values x (P,) of the unknowns.
 
         Raises:
             InputError: an impact that has no valid solution.
@@ -73,7 +73,7 @@ class SolvedImpacts:
         return self._solved(x[None])[0]
 
     def at(self, x: np.ndarray) -> list[_Solved]:
-        """By measurement: v⁺ (nv,) and its derivatives (nv, P) at values (P,), by differences."""
+        """Return v⁺ (nv,) and its derivatives (nv, P) of each measurement, at values (P,)."""
         key = x.tobytes()
         if key not in self._known:
             # Nothing is remembered of values that are refused.
@@ -83,7 +83,7 @@ class SolvedImpacts:
         return self._known[key]
 
     def slopes(self, x: np.ndarray) -> dict[int, _Slopes]:
-        """∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv), of measurements with a covariance."""
+        """Return ∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv), of measurements with a covariance."""
         slopes: dict[int, _Slopes] = {}
         scenes: dict[Any, Scene] = {}
         for i, m in enumerate(self._measurements):
@@ -114,7 +114,7 @@ class SolvedImpacts:
         return found
 
     def _solved(self, several: np.ndarray) -> list[list[np.ndarray]]:
-        """v⁺ at each of (K, P) values: K lists of (M,) of (nv,)."""
+        """Return v⁺ at each of (K, P) values: K lists of (M,) of (nv,)."""
         found = [[np.empty(0)] * len(self._measurements) for _ in several]
         for scene, groups, rows, q, v, points in self._parts:
             if self._varies_scene:
@@ -145,7 +145,7 @@ class SolvedImpacts:
     def _coefficients(
         self, scene: Scene, groups: np.ndarray, several: np.ndarray
     ) -> dict[str, dict[str, np.ndarray]]:
-        """By kind and contact, (K · rows,) coefficients at each of (K, P) values."""
+        """Return, by kind and contact, (K · rows,) coefficients at each of (K, P) values."""
         found: dict[str, dict[str, np.ndarray]] = {"restitution": {}, "friction": {}}
         entries = dict(zip(scene.entry_names("contacts"), scene.contacts, strict=True))
         for parameter, values in zip(self._parameters, several.T, strict=True):
@@ -192,7 +192,7 @@ class _Lowered:
 def slopes_by_differences(
     scene: Scene, q: ArrayLike, v: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    """∂v⁺/∂q on its tangent and ∂v⁺/∂v⁻, each (nv, nv); what touches at q goes on touching.
+    """Return ∂v⁺/∂q on its tangent and ∂v⁺/∂v⁻, each (nv, nv); what touches at q goes on touching.
 
     By central differences, which lie between both sides where the mode changes at (q, v).
     """

@@ -28,7 +28,7 @@ _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 def plot_effective_mass(
     ellipsoid: ImpactEllipsoid, plane: str | None = None, ax: Axes | None = None
 ) -> Axes:
-    """The effective mass of a point over the directions of a plane of the world.
+    """Plot the effective mass of a point over the directions of a plane of the world.
 
     Directions in which it is more than ``FAR`` times the least, or infinite, are not drawn.
 
@@ -126,7 +126,7 @@ def _axes(ax: Axes | None) -> Axes:
 
 
 def _plain(name: str) -> str:
-    """A name as it is: matplotlib would take what stands between dollars for a formula."""
+    """Return a name as it is: matplotlib would take what stands between dollars for a formula."""
     return name.replace("$", r"\$")
 
 

@@ -63,7 +63,7 @@ class ClosingContacts:
         self._flat = flat_scene(self._far)
 
     def gaps(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(contacts,) the gap of each [m, rad]; infinite for a stop without limits."""
+        """Return the (contacts,) gap of each [m, rad]; infinite for a stop without limits."""
         found = np.full(len(self._names), np.inf)
         for _, entry, value, _ in self._core.gaps(q, v):
             found[entry] = min(found[entry], value)
@@ -72,7 +72,7 @@ class ClosingContacts:
     def nearest(
         self, q: np.ndarray, v: np.ndarray, covariance: np.ndarray
     ) -> tuple[float, float] | None:
-        """The least gap and its standard deviation, for a ``covariance`` (nv, nv) of q.
+        """Return the least gap and its standard deviation, for a ``covariance`` (nv, nv) of q.
 
         None without a contact whose gap changes with q.
         """
@@ -93,7 +93,7 @@ class ClosingContacts:
         speed: np.ndarray,
         near: float,
     ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray, float]:
-        """Names, gaps, impulses (k, 3) in the world, and the probability of the balance.
+        """Return names, gaps, impulses (k, 3) in the world, and the probability of the balance.
 
         What is left of M Δv − JᵀP is weighed by its covariance: that of Δv, and that of q, on
         which M and the rows depend (a normal between two balls turns by δq over their distance).
@@ -141,24 +141,24 @@ class ClosingContacts:
         return names, gaps[list(chosen)], impulses, probability
 
     def mass_of(self, q: np.ndarray) -> np.ndarray:
-        """(nv, nv) M at q."""
+        """Return (nv, nv) M at q."""
         return self._flat.model.core.mass_matrix(q).reshape(self.nv, self.nv)
 
     def _blocks(self, q: np.ndarray, order: list[int]) -> dict[int, Block]:
-        """Rows and axes of each contact, and under ``HELD`` the rows of the constraints."""
+        """Return rows and axes of each contact, and under ``HELD`` the rows of the constraints."""
         found = {k: self._jacobian(q, (k,)) for k in order}
         found[HELD] = self._held(q), np.zeros((0, 3, 3))
         return found
 
     def mass_and_rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """M (nv, nv), the rows of all contacts and constraints, and the contacts' normal rows."""
+        """Return M, the rows of all contacts and constraints, and the contacts' normal rows."""
         mass = self.mass_of(q)
         rows, _ = self._jacobian(q, tuple(range(len(self._names))))
         normals = rows[2::3] if len(rows) == 3 * len(self._names) else rows
         return mass, np.vstack([rows, self._held(q)]), normals
 
     def _jacobian(self, q: np.ndarray, chosen: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """(3 k, nv) rows and (k, 3, 3) axes of contacts; of a stop, its row as the normal."""
+        """Return (3 k, nv) rows and (k, 3, 3) axes of contacts; a stop's row as the normal."""
         only = [k in chosen for k in range(len(self._names))]
         found = self._flat.rows(q, np.zeros(self._model.nv), only=only)
         touches = self._nearest_points(touches_of(found, self._flat, self._far))
@@ -169,7 +169,7 @@ class ClosingContacts:
         return rows, axes
 
     def _nearest_points(self, touches: Iterable[Touch]) -> list[Touch]:
-        """The nearest points of bodies that collide, however far apart: noise parts them."""
+        """Return the nearest points of bodies that collide, however far apart: noise parts them."""
         least: dict[int, float] = {}
         for touch in touches:
             if touch.entry in self._margins and touch.gap is not None:
@@ -183,7 +183,7 @@ class ClosingContacts:
         ]
 
     def _held(self, q: np.ndarray) -> np.ndarray:
-        """(m, nv) rows of the constraints."""
+        """Return (m, nv) rows of the constraints."""
         return self._flat.rows(q, np.zeros(self._model.nv)).A.reshape(-1, self._model.nv)
 
 
@@ -224,7 +224,7 @@ class _Spread:
         self._mass, self._covariance = closing.mass_of(q), covariance
 
     def of(self, chosen: tuple[int, ...], shares: np.ndarray) -> np.ndarray:
-        """(nv, nv), for impulses ``shares`` of the contacts' rows and the constraints'."""
+        """Return (nv, nv), for impulses ``shares`` of the contacts' rows and the constraints'."""
         changes = np.concatenate([self._of_rows[each] for each in (*chosen, HELD)])
         change = self._of_mass - np.tensordot(shares, changes, axes=1)
         both = np.hstack([change, self._mass])
@@ -232,7 +232,7 @@ class _Spread:
 
 
 def _stacked(blocks: list[Block], nv: int) -> Block:
-    """Rows (n, nv) and axes of several contacts under each other."""
+    """Return rows (n, nv) and axes of several contacts under each other."""
     if not blocks:
         return np.zeros((0, nv)), np.zeros((0, 3, 3))
     return np.vstack([rows for rows, _ in blocks]), np.concatenate([axes for _, axes in blocks])

@@ -87,7 +87,7 @@ class Calibration(OneLine):
     _plane: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
 
     def intervals(self, level: float = 0.95) -> dict[str, np.ndarray]:
-        """(2,) or (2, n) ends by name; NaN for what is not determined.
+        """Return (2,) or (2, n) ends by name; NaN for what is not determined.
 
         Deviations are of few recordings (jackknife), so that Student's quantiles hold where free
         fall determines a value. Floor and sensor offset have several unknowns for few rests, which
@@ -113,7 +113,7 @@ class Calibration(OneLine):
         return found
 
     def apply(self, recording: Recording) -> Recording:
-        """The recording in the world of the scene: true lengths, the floor where it is there.
+        """Return the recording in the world of the scene: true lengths, the floor in its place.
 
         The sensor offset and the floor's tilt are taken off where they are three times their
         standard deviation or more; velocities are taken at times later by their lag. All free
@@ -142,8 +142,10 @@ class Calibration(OneLine):
         return replace(recording, q=q, v=v, sigma=sigma)
 
     def _timely(self, recording: Recording, free: Sequence[Any]) -> np.ndarray:
-        """(T, nv) velocities at the times of the samples, true lengths; linear ones in the world
-        while they are shifted, since the axes of bodies turn."""
+        """Return (T, nv) velocities at the times of the samples, true lengths.
+
+        Linear ones are shifted in the world, since the axes of bodies turn.
+        """
         late = recording.t + (self.velocity_lag or 0.0)
         v = np.stack([np.interp(late, recording.t, column) for column in recording.v.T], axis=1)
         for joint in free:
@@ -156,7 +158,7 @@ class Calibration(OneLine):
         return v
 
     def scene(self, scene: Scene) -> Scene:
-        """The scene with the body's mass centre where free fall puts it, as far as it is sure.
+        """Return the scene with the body's mass centre where free fall puts it, if it is sure.
 
         The inertia about the mass centre stays as it is.
 
@@ -174,7 +176,7 @@ class Calibration(OneLine):
         return _with_mass_centre(scene, np.where(sure, self.mass_centre, 0.0))
 
     def _motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rotation and shift in true lengths, and the sensor offset, as far as they are sure."""
+        """Return rotation and shift in true lengths, and the sensor offset, if they are sure."""
         sure = _is_sure(self.sensor_offset, self.sigma["sensor_offset"])
         offset = np.where(sure, self.sensor_offset, 0.0)
         if self._plane is None or not np.isfinite(self.sigma["floor_height"]):
@@ -295,7 +297,7 @@ def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Cali
 
 
 def _with_mass_centre(scene: Scene, shift: np.ndarray) -> Scene:
-    """The scene with the mass centre of all shifted in the axes of its free root body."""
+    """Return the scene with the mass centre of all shifted in the axes of its free root body."""
     model = pin.Model(scene.robot.model)
     root = free_root(scene.robot)
     own = model.inertias[root]
@@ -305,7 +307,7 @@ def _with_mass_centre(scene: Scene, shift: np.ndarray) -> Scene:
 
 
 def _deviation(way: np.ndarray, covariance: np.ndarray) -> float:
-    """The standard deviation along a direction; infinite if a variance that takes part is."""
+    """Return the standard deviation along a direction; infinite if one of its variances is."""
     counts = np.outer(way, way) != 0.0
     if not np.isfinite(covariance[counts]).all():
         return np.inf
@@ -317,7 +319,7 @@ def _is_sure(value: np.ndarray, deviation: np.ndarray) -> np.ndarray:
 
 
 def _axes(up: np.ndarray) -> np.ndarray:
-    """(3, 3) two horizontal axes, x and y where up is z, and up."""
+    """Return (3, 3) two horizontal axes, x and y where up is z, and up."""
     turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), up).matrix()
     return np.array(turn)
 
@@ -325,7 +327,7 @@ def _axes(up: np.ndarray) -> np.ndarray:
 def _flights(
     several: list[Recording], scene: Scene, gravity: np.ndarray, least_noise: tuple[float, float]
 ) -> list[tuple]:
-    """Flights long enough: number of the recording, times, mass centres, axes, samples.
+    """Return flights long enough: number of the recording, times, mass centres, axes, samples.
 
     Args:
         gravity: (3,) as the recordings show it.
@@ -356,7 +358,7 @@ def _flights(
 def _lag(
     several: list[Recording], flights: list[tuple], acceleration: np.ndarray
 ) -> tuple[float, float] | None:
-    """The lag of recorded velocities of the mass centre, and its deviation [s]."""
+    """Return the lag of recorded velocities of the mass centre, and its deviation [s]."""
     by_recording: dict[int, list[float]] = {}
     for number, t, centres, _, own in flights:
         recording = several[number]

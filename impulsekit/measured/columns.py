@@ -102,7 +102,7 @@ def read_columns(
     repair: str | Sequence[str] = (),
     name: str = "",
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, tuple[str, ...]]:
-    """t, q, v where there is one, and notes on repairs; see ``Recording.from_columns``."""
+    """Return t, q, v where there is one, and notes on repairs; see ``Recording.from_columns``."""
     repair = (repair,) if isinstance(repair, str) else repair
     for each in repair:
         if each not in REPAIRS:
@@ -161,7 +161,7 @@ class _Reader:
                 raise UnknownNameError.among("column", name, known, self.where)
 
     def read(self) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """(T,) times, (T, nq) configurations and (T, nv) velocities, if there are any."""
+        """Return (T,) times, (T, nq) configurations and (T, nv) velocities, if there are any."""
         count = {len(array) for array in self.columns.values() if array.ndim}
         if len(count) != 1 or any(array.ndim == 0 for array in self.columns.values()):
             lengths = ", ".join(f"{k}: {np.shape(a)}" for k, a in self.columns.items())
@@ -205,7 +205,7 @@ class _Reader:
         return np.arange(rows) / self.format.rate
 
     def _column(self, kind: str, joint: Any, width: int | None = None) -> np.ndarray | None:
-        """The column of a joint, (T, k); a free root's may stand without its name."""
+        """Return the column of a joint, (T, k); a free root's may stand without its name."""
         found = self.columns.get(f"{kind}.{self.model.names[joint.id]}")
         free = [each.id for each in self.model.joints if each.shortname() in _FREE]
         if found is None and kind in _BODY and free[:1] == [joint.id] and len(free) == 1:
@@ -234,14 +234,14 @@ class _Reader:
             v[:, in_v], seen_v[in_v] = own * self._unit(joint), True
 
     def _unit(self, joint: Any) -> float:
-        """The factor of a joint's numbers: that of angles or of lengths."""
+        """Return the factor of a joint's numbers: that of angles or of lengths."""
         if joint.nv != 1:
             return 1.0
         slides = "P" in joint.shortname().removeprefix("JointModel")[:1]
         return LENGTH_UNITS[self.format.length] if slides else ANGLE_UNITS[self.format.angle]
 
     def _coordinates(self, joint: Any, own: np.ndarray) -> np.ndarray:
-        """(T, nq of the joint); angles become cosine and sine where the joint has these."""
+        """Return (T, nq of the joint); angles become cosine and sine where the joint has these."""
         name = self.model.names[joint.id]
         if joint.nq == 2 and joint.nv == 1 and own.shape[1] == 1:
             angle = own[:, 0] * ANGLE_UNITS[self.format.angle]
@@ -258,7 +258,7 @@ class _Reader:
     def _free_joint(
         self, joint: Any, q: np.ndarray, v: np.ndarray, seen_q: np.ndarray, seen_v: np.ndarray
     ) -> None:
-        """Position and quaternion in their own columns; velocities in world or body axes."""
+        """Read position and quaternion from their columns, velocities in world or body axes."""
         length, angle = LENGTH_UNITS[self.format.length], ANGLE_UNITS[self.format.angle]
         place = self._column("position", joint, 3)
         turn = self._quaternion(joint)
@@ -300,7 +300,7 @@ class _Reader:
 def _of_unit_length(
     model: pin.Model, q: np.ndarray, where: str, repair: Any, notes: list[str]
 ) -> np.ndarray:
-    """Quaternions of unit length whose signs follow each other."""
+    """Return quaternions of unit length whose signs follow each other."""
     q = q.copy()
     for joint in list(model.joints)[1:]:
         pairs = {(7, 6): slice(3, 7), (4, 3): slice(0, 4), (2, 1): slice(0, 2)}

@@ -71,7 +71,7 @@ class LawCandidate:
             RestitutionTable(self.speeds, (0.0,) * len(self.speeds))
 
     def scene(self, scene: Scene) -> Scene:
-        """A scene under this candidate.
+        """Return a scene under this candidate.
 
         Raises:
             InputError, UnknownNameError: as ``Scene``.
@@ -93,7 +93,7 @@ class LawCandidate:
 
 
 def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
-    """Newton, Poisson and Stronge, slip at the end and along the path, e by speed and by group.
+    """Return Newton, Poisson and Stronge, both slips, and e by speed and by group.
 
     Along the path only where no impact has more than one contact, as the laws have it; e by
     group only where there are several.
@@ -120,7 +120,7 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
 
 
 def _speeds(measurements: Sequence[Measurement]) -> tuple[float, ...]:
-    """Speeds at which e is fitted: percentiles of the approach speeds, rounded to two digits."""
+    """Return the speeds at which e is fitted: rounded percentiles of the approach speeds."""
     from ..impact.solver import solve_without_warnings
 
     found = []
@@ -195,7 +195,7 @@ class LawComparison(Displayed):
         return one_line("LawComparison", f"{self.errors.shape[1]} impacts", *medians_text)
 
     def table(self) -> tuple[tuple[str, ...], list[list[str]]]:
-        """Titles and rows: errors in per cent, probabilities, coefficients."""
+        """Return titles and rows: errors in per cent, probabilities, coefficients."""
         head = ("law", "mean", "median", "of v after", "of change", "better than the best",
                 "coefficients")  # fmt: skip
         rows = []
@@ -211,14 +211,14 @@ class LawComparison(Displayed):
         return head, rows
 
     def report(self) -> str:
-        """The table as text."""
+        """Return the table as text."""
         lines: list[str] = list(table(*self.table()))
         lines += [f"left out: {name}: {why}" for name, why in self.left_out]
         lines += [f"note: {note}" for note in self.notes]
         return "\n".join(lines) + "\n"
 
     def to_dict(self) -> dict[str, Any]:
-        """All numbers of the table, ready for JSON."""
+        """Return all numbers of the table, ready for JSON."""
         return {
             "impacts": int(self.errors.shape[1]),
             "laws": [
@@ -311,7 +311,7 @@ def compare_laws(
 
 
 def _dealt(seen: Sequence[Measurement], folds: int, seed: int) -> np.ndarray:
-    """(N,) the fold of each impact, one for all impacts of a recording; folds of like sizes.
+    """Return the (N,) fold of each impact, one for all impacts of a recording; folds of like sizes.
 
     Raises:
         InputError: fewer recordings than folds.
@@ -337,7 +337,7 @@ def _dealt(seen: Sequence[Measurement], folds: int, seed: int) -> np.ndarray:
 
 
 def _sizes(seen: Sequence[Measurement]) -> tuple[list[np.ndarray], np.ndarray]:
-    """W with WᵀW = M of each impact, and (3, N) |v⁻|, |v⁺|, |v⁺ − v⁻|."""
+    """Return W with WᵀW = M of each impact, and (3, N) |v⁻|, |v⁺|, |v⁺ − v⁻|."""
     roots, sizes = [], np.empty((3, len(seen)))
     for k, m in enumerate(seen):
         nv = m.scene.robot.nv
@@ -356,7 +356,7 @@ def _held_out(
     roots: list[np.ndarray],
     options: dict[str, Any],
 ) -> tuple[np.ndarray, Fit]:
-    """(N,) the size of what the prediction of each impact is off, and the fit to all."""
+    """Return the (N,) size of what the prediction of each impact is off, and the fit to all."""
     scenes = {id(m.scene): candidate.scene(m.scene) for m in seen}
     own = [replace(m, scene=scenes[id(m.scene)]) for m in seen]
     if candidate.group_of is not None:

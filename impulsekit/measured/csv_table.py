@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from typing import Any
 
 from ..errors import InputError, quoted, shown
 
@@ -27,7 +28,7 @@ _OTHER_NAMES = (
 
 
 def hint_for_table(first: str) -> str | None:
-    """Advice for a table that begins with this line; None if it looks like no export.
+    """Return advice for a table that begins with this line; None if it looks like no export.
 
     Example:
         >>> hint_for_table("Format Version,1.23,Take Name,walk")[:35]
@@ -38,13 +39,13 @@ def hint_for_table(first: str) -> str | None:
         if re.match(pattern, line, re.IGNORECASE):
             return f"this looks like an export of {vendor}; it is not read as it is: give {_FORM}"
     cells = re.split(r"[,;\t ]+", line)
-    if len(cells) > 1 and all(map(_is_number, cells)):
+    if len(cells) > 1 and all(map(is_number, cells)):
         return f"the first row holds numbers, and no names of columns; give {_FORM}"
     return None
 
 
 def hint_for_name(name: str) -> str | None:
-    """The name that a column may be given, if its own is one that others have.
+    """Return the name that a column may be given, if its own is one that others have.
 
     Example:
         >>> hint_for_name("qw")
@@ -57,10 +58,11 @@ def hint_for_name(name: str) -> str | None:
     return None
 
 
-def _is_number(cell: str) -> bool:
+def is_number(cell: Any) -> bool:
+    """Return whether ``float`` takes a cell."""
     try:
         float(cell)
-    except ValueError:
+    except (TypeError, ValueError):
         return False
     return True
 
@@ -77,7 +79,7 @@ SEPARATORS = (";", "\t")
 
 
 def csv_columns(data: bytes, label: str) -> dict[str, list[str]]:
-    """The cells of each column by its name.
+    """Return the cells of each column by its name.
 
     Columns are separated by commas, or by semicolons or tabs where the names are; numbers may
     then have decimal commas. Lines that begin with # before the names are comments.
@@ -121,12 +123,12 @@ def csv_columns(data: bytes, label: str) -> dict[str, list[str]]:
 
 
 def _with_point(cell: str) -> str:
-    """A number with its decimal comma as a point; with both it stays, which is no number."""
+    """Return a number with its decimal comma as a point; with both it stays, which is no number."""
     return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
 
 
 def without_unit(name: str, stated: tuple[str, str, str], label: str) -> str:
-    """The name of a column without the unit behind it.
+    """Return the name of a column without the unit behind it.
 
     Args:
         stated: units of time, length and angle of the ``RecordingFormat``.

@@ -63,14 +63,14 @@ class Flight:
         self._free = [(joint.idx_q, joint.idx_v) for joint in free_joints(self.model)]
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(nv,) v̇."""
+        """Return (nv,) v̇."""
         found = self._core.at(t, q, v, self._nothing)
         return np.array(found["acceleration"])
 
     def step(
         self, t: float, q: np.ndarray, v: np.ndarray, dt: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The state ``dt`` [s] later (or earlier), by a rule of fourth order on the manifold."""
+        """Return the state ``dt`` [s] later (or earlier), by a rule of fourth order."""
         pieces = max(1, ceil(abs(dt) * float(np.abs(v).max(initial=0.0)) / LONGEST_TURN))
         for _ in range(pieces):
             q, v = self._piece(t, q, v, dt / pieces)
@@ -80,7 +80,7 @@ class Flight:
     def _piece(
         self, t: float, q: np.ndarray, v: np.ndarray, h: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Fourth order without commutators (Celledoni, Marthinsen & Owren 2003, "CF4")."""
+        """Follow a piece without commutators, CF4 (Celledoni, Marthinsen & Owren 2003)."""
         model, rate = self.model, self.acceleration
         a1 = rate(t, q, v)
         v2 = v + 0.5 * h * a1
@@ -100,14 +100,14 @@ class Flight:
     def step_all(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, dt: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """States (n, nq), (n, nv) at times (n,), each moved by its ``dt`` (n,) [s]; new arrays."""
+        """Return states (n, nq), (n, nv) at times (n,), each moved by its ``dt`` (n,) [s]."""
         q, v = q.copy(), v.copy()
         for i in range(len(dt)):
             q[i], v[i] = self.step(float(t[i]), q[i], v[i], float(dt[i]))
         return q, v
 
     def path(self, time: float, q: np.ndarray, v: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """(N, nq) configurations at times (N,) before and after that of the state, in order."""
+        """Return (N, nq) configurations at times (N,) before and after that of the state."""
         found = np.tile(q, (len(times), 1))
         split = int(np.searchsorted(times, time))
         for part in (range(split, len(times)), range(split - 1, -1, -1)):
@@ -127,7 +127,7 @@ class Flight:
         v: np.ndarray,
         sigma: np.ndarray,
     ) -> FlightFit:
-        """The flight whose configurations are nearest to samples, from a first guess.
+        """Return the flight whose configurations are nearest to samples, from a first guess.
 
         Args:
             times: (N,) [s]. samples: (N, nq).
@@ -160,7 +160,7 @@ class Flight:
         return FlightFit(q, v, share, residuals, weights)
 
     def _in_axes_of(self, base: np.ndarray, q: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-        """(N, nv) offsets on the tangents at (N, nq), free bodies' parts in their axes at base."""
+        """Return (N, nv) offsets on the tangents at (N, nq), free bodies in axes at base."""
         for at, row in self._free:
             first = pin.Quaternion(base[at + 3 : at + 7]).matrix()
             turns = first.T @ turns_of(q[:, at + 3 : at + 7])
@@ -169,7 +169,7 @@ class Flight:
         return offsets
 
     def bracket(self, v: np.ndarray) -> np.ndarray:
-        """(nv, nv) [v, ·]: what an offset of q changes of v in the axes of a body.
+        """Return (nv, nv) [v, ·]: what an offset of q changes of v in the axes of a body.
 
         A free body that is seen turned by δθ has the velocities v × δθ and ω × δθ besides; 0 for
         joints of one degree of freedom.
@@ -183,7 +183,7 @@ class Flight:
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:
-    """(2, 2) inverse of a symmetric positive one, or its pseudoinverse where it has none."""
+    """Return (2, 2) inverse of a symmetric positive one, or its pseudoinverse where it has none."""
     (a, b), (_, c) = matrix.tolist()
     det = a * c - b * b
     if det <= NO_INVERSE * a * c:
@@ -194,7 +194,7 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 def left_by_parabolas(
     model: pin.Model, t: np.ndarray, q: np.ndarray, own: np.ndarray
 ) -> np.ndarray:
-    """(N, nv) what constant accelerations, of any size, leave of samples, on the tangent."""
+    """Return (N, nv) what constant accelerations, of any size, leave of samples, on the tangent."""
     middle = int(own[len(own) // 2])
     tau = t[own] - t[middle]
     offsets = np.array([pin.difference(model, q[middle], q[k]) for k in own])

@@ -69,7 +69,7 @@ class FloorFit:
 
 
 def fitted_floor(several: list[Recording], scene: Scene, scale: float) -> FloorFit:
-    """Least squares on the gaps of the points that carry bodies at rest, g = h + a x + b y + n·R d.
+    """Fit the gaps of the points that carry bodies at rest, g = h + a x + b y + n·R d.
 
     ``scale``: recorded lengths over true ones. Bodies that lie on several faces determine d.
     """
@@ -124,7 +124,7 @@ def _on_planes(scene: Scene) -> list[Contact]:
 
 
 def rest_of(recording: Recording) -> np.ndarray | None:
-    """(nq,) the median configuration of the last rest of a recording, if it has one.
+    """Return the (nq,) median configuration of the last rest of a recording, if it has one.
 
     Medians, since single samples may be far off (a marker taken for another).
     """
@@ -135,7 +135,7 @@ def rest_of(recording: Recording) -> np.ndarray | None:
 
 
 def _last_rest(recording: Recording, fewest: int, shortest: float) -> np.ndarray | None:
-    """The same of runs of so many samples and so long a time [s]."""
+    """Return the same of runs of so many samples and so long a time [s]."""
     t, q, model = recording.t, recording.q, recording.robot.model
     for end in range(len(t), fewest - 1, -1):
         before = int(np.searchsorted(t, t[end - 1] - shortest, side="right")) - 1
@@ -158,7 +158,7 @@ def _last_rest(recording: Recording, fewest: int, shortest: float) -> np.ndarray
 def _robust_plane(
     rows: np.ndarray, heights: np.ndarray, groups: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Huber's weights; standard deviations by the jackknife over recordings."""
+    """Fit with Huber's weights; standard deviations by the jackknife over recordings."""
     size = np.array([1.0, *np.maximum(rows[:, 1:3].std(axis=0), NARROW), 1.0, 1.0, 1.0])
     scaled = rows / size
     basis = _determined(scaled)
@@ -187,7 +187,7 @@ def _robust_plane(
 
 
 def _determined(rows: np.ndarray) -> np.ndarray:
-    """(6, k) orthonormal directions of the unknowns that the rests distinguish.
+    """Return (6, k) orthonormal directions of the unknowns that the rests distinguish.
 
     What height explains is not laid on slopes, and what these explain not on the offset.
     """
@@ -229,14 +229,14 @@ def check_quaternion_order(recordings: Sequence[Recording], scene: Scene, who: s
 
 
 def _lowest(recording: Recording, normal: np.ndarray) -> np.ndarray:
-    """(n, nq) samples of a recording in which the body's origin is lowest."""
+    """Return (n, nq) samples of a recording in which the body's origin is lowest."""
     return recording.q[np.argsort(recording.q[:, :3] @ normal, kind="stable")[:LOWEST]]
 
 
 def _gaps(
     contacts: ClosingContacts, lowest: list[np.ndarray], order: tuple[int, ...]
 ) -> np.ndarray:
-    """(recordings,) median gap of the lowest contact, with quaternions in an order."""
+    """Return (recordings,) median gap of the lowest contact, with quaternions in an order."""
     places = [0, 1, 2, *(3 + k for k in order)]
     still = np.zeros(contacts.nv)
     medians = []

@@ -25,7 +25,7 @@ CLOSED = 1e-9
 def at_touch(
     scene: Scene, names: Sequence[str], q: np.ndarray, covariance: np.ndarray
 ) -> np.ndarray:
-    """(nq,) the configuration where contacts that closed touch, of those that noise left apart.
+    """Return the (nq,) configuration where contacts touch that closed and noise left apart.
 
     Joints go to the limits that they hit. For a ``Rope`` and a ``GapContact`` it is the likeliest
     configuration without a gap g: δ = −C nᵀ (n C nᵀ)⁻¹ g, n the gradient of g, until g is 0. A
@@ -116,11 +116,11 @@ class FoundImpact(OneLine):
     samples: tuple[int, int]
 
     def margins(self) -> tuple[float, ...]:
-        """The gap of each contact that noise leaves to what touches, rounded up [m]."""
+        """Return the gap of each contact that noise leaves to what touches, rounded up [m]."""
         return tuple(_margin(float(gap)) for gap in self.gaps)
 
     def measurement(self, scene: Scene) -> Measurement:
-        """The impact as ``fit_impacts`` takes it: the scene with these contacts alone.
+        """Return the impact as ``fit_impacts`` takes it: the scene with these contacts alone.
 
         Its group is "point", "edge" or "face", where one, two or more contacts close.
 
@@ -140,14 +140,14 @@ class FoundImpact(OneLine):
 
 
 def _margin(gap: float) -> float:
-    """The next power of two [m], so that impacts share scenes; 0 for what touches."""
+    """Return the next power of two [m], so that impacts share scenes; 0 for what touches."""
     return 0.0 if gap <= 0.0 else 2.0 ** ceil(log2(gap))
 
 
 def only_contacts(
     scene: Scene, names: tuple[str, ...], margins: tuple[float, ...] | None = None
 ) -> Scene:
-    """The scene with some of its contacts alone, each with its name; no impulses.
+    """Return the scene with some of its contacts alone, each with its name; no impulses.
 
     ``margins``: of these, up to which gap bodies that collide are to count as touching [m].
 
@@ -211,15 +211,15 @@ class FoundImpacts(OneLine):
         return one_line("FoundImpacts", counts, sigma=self.sigma, notes=len(self.notes))
 
     def only(self, keep: Callable[[FoundImpact], bool]) -> FoundImpacts:
-        """The impacts for which ``keep`` is true."""
+        """Return the impacts for which ``keep`` is true."""
         return replace(self, impacts=tuple(each for each in self.impacts if keep(each)))
 
     def balanced(self, least: float = 1e-3) -> FoundImpacts:
-        """Those at known contacts whose jump conserves momentum: ``balance`` at least this."""
+        """Return those at known contacts that conserve momentum: ``balance`` at least this."""
         return self.only(lambda each: bool(each.contacts) and each.balance >= least)
 
     def measurements(self, scene: Scene) -> list[Measurement]:
-        """All impacts at known contacts as ``fit_impacts`` takes them."""
+        """Return all impacts at known contacts as ``fit_impacts`` takes them."""
         kept: dict[tuple[Any, ...], Scene] = {}
         found = []
         for each in self.impacts:

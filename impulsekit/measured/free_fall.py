@@ -50,7 +50,7 @@ class FreeFall:
 
 
 def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3) mass centres in the world and (T, 3, 3) axes of the free body.
+    """Return (T, 3) mass centres in the world and (T, 3, 3) axes of the free body.
 
     Axes of several are 0: the common mass centre does not determine where the points on each are.
     """
@@ -65,12 +65,12 @@ def mass_centres(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 
 def free_joints(model: pin.Model) -> list[pin.JointModel]:
-    """The free-flyers of a model."""
+    """Return the free-flyers of a model."""
     return [joint for joint in model.joints if joint.shortname() == "JointModelFreeFlyer"]
 
 
 def free_bodies(robot: Robot) -> list[int]:
-    """The indices of the free joints, that of the root first.
+    """Return the indices of the free joints, that of the root first.
 
     Raises:
         InputError: the root is none.
@@ -86,7 +86,7 @@ def has_one_free_body(robot: Robot) -> bool:
 
 
 def free_root(robot: Robot) -> int:
-    """The index of the free joint at the root.
+    """Return the index of the free joint at the root.
 
     Raises:
         InputError: there is none.
@@ -101,7 +101,7 @@ def free_root(robot: Robot) -> int:
 
 
 def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
-    """Acceleration of free fall in the recordings over the scene's ``gravity`` (3,), from windows.
+    """Return free fall in the recordings over the scene's ``gravity`` (3,), from windows.
 
     Raises:
         InputError: no free fall, or units that are mistaken.
@@ -119,7 +119,7 @@ def coarse_scale(recordings: list[Recording], gravity: np.ndarray) -> float:
 
 
 def length_unit(recordings: list[Recording], gravity: np.ndarray) -> str | None:
-    """The error's words if free fall in the recordings is that of mm or cm, else None."""
+    """Return the error's words if free fall in the recordings is that of mm or cm, else None."""
     scale = _scale_of_windows(recordings, gravity)
     if scale is None:
         return None
@@ -128,13 +128,8 @@ def length_unit(recordings: list[Recording], gravity: np.ndarray) -> str | None:
 
 
 def _scale_of_windows(recordings: list[Recording], gravity: np.ndarray) -> float | None:
-    """Acceleration of free fall over ``gravity`` (3,); None: too few windows fall."""
-    found = [
-        fall
-        for recording in recordings
-        for window in WINDOWS
-        for fall in _falls(recording, gravity, window)
-    ]
+    """Return the acceleration of free fall over ``gravity`` (3,); None: too few windows fall."""
+    found = _falls(recordings, gravity)
     if len(found) < FEWEST_FALLS:
         return None
     # Impacts give windows of any acceleration; those of free fall are all alike.
@@ -144,18 +139,15 @@ def _scale_of_windows(recordings: list[Recording], gravity: np.ndarray) -> float
 
 
 def _other_way(recordings: list[Recording], gravity: np.ndarray) -> str:
-    """The error's words if bodies fall along another axis than the scene's gravity, else None."""
+    """Return the error's words if bodies fall along another axis than the scene's gravity, else
+    None."""
     size = float(np.linalg.norm(gravity))
     for sign in (-1.0, 1.0):
         for axis, name in enumerate("xyz"):
             along = sign * np.eye(3)[axis]
-            found = [
-                fall
-                for recording in recordings
-                for window in WINDOWS
-                for fall in _falls(recording, size * along, window)
+            near = [
+                LEAST_SCALE < fall / size < MOST_SCALE for fall in _falls(recordings, size * along)
             ]
-            near = [LEAST_SCALE < fall / size < MOST_SCALE for fall in found]
             if sum(near) >= FEWEST_FALLS and abs(float(along @ gravity)) < DOWN * size:
                 return (
                     f"; bodies fall along {'+' if sign > 0.0 else '-'}{name} of the recordings, "
@@ -165,16 +157,22 @@ def _other_way(recordings: list[Recording], gravity: np.ndarray) -> str:
     return ""
 
 
-def _falls(recording: Recording, gravity: np.ndarray, window: int) -> list[float]:
-    """Accelerations along gravity in the windows of a recording that are smooth and not at rest."""
+def _falls(recordings: list[Recording], gravity: np.ndarray) -> list[float]:
+    """Return accelerations along gravity in the windows that are smooth and not at rest."""
     found = []
-    centres, _ = mass_centres(recording)
-    for k in range(0, len(centres) - window + 1, 3):
-        t = recording.t[k : k + window] - recording.t[k + window // 2]
+    windows = (
+        (recording.t[k : k + window], centres[k : k + window])
+        for recording in recordings
+        for centres in (mass_centres(recording)[0],)
+        for window in WINDOWS
+        for k in range(0, len(centres) - window + 1, 3)
+    )
+    for times, centres in windows:
+        t = times - times[len(times) // 2]
         span = float(np.abs(t).max())
-        powers = np.stack([np.ones(window), t / span, (t / span) ** 2], axis=1)
-        fit, _, _, _ = np.linalg.lstsq(powers, centres[k : k + window], rcond=None)
-        left = centres[k : k + window] - powers @ fit
+        powers = np.stack([np.ones(len(t)), t / span, (t / span) ** 2], axis=1)
+        fit, _, _, _ = np.linalg.lstsq(powers, centres, rcond=None)
+        left = centres - powers @ fit
         way = float(np.linalg.norm(fit[1]))
         fall = float(np.linalg.norm(fit[2]))
         rough = float(np.sqrt(np.mean(left**2)))
@@ -188,7 +186,7 @@ def _falls(recording: Recording, gravity: np.ndarray, window: int) -> list[float
 def free_fall(
     flights: list[tuple[int, np.ndarray, np.ndarray, np.ndarray]],
 ) -> FreeFall:
-    """Least squares over flights: c(t) = c₀ + v₀ t + a t²/2 + R(t) d, a and d common to all.
+    """Fit all flights: c(t) = c₀ + v₀ t + a t²/2 + R(t) d, a and d common to all.
 
     Args:
         flights: of each, the number of its recording, (N,) times, (N, 3) mass centres,
@@ -229,7 +227,7 @@ def free_fall(
 
 
 def _solution(normal: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(6,) the least-squares solution, and which unknowns the flights determine."""
+    """Return the (6,) least-squares solution, and which unknowns the flights determine."""
     known = np.diagonal(normal)
     size = 1.0 / np.sqrt(np.maximum(known, NONZERO))
     size[3:][known[3:] < UNTURNED] = 0.0

@@ -59,16 +59,16 @@ class Identification(OneLine):
     laws: LawComparison | None = None
 
     def report(self, level: float = 0.95) -> str:
-        """The report as text."""
+        """Return the report as text."""
         return _report(self, level)
 
     def to_dict(self, level: float = 0.95) -> dict[str, Any]:
-        """All numbers of the report, ready for JSON."""
+        """Return all numbers of the report, ready for JSON."""
         return _as_dict(self, level)
 
 
 def _report(found: Identification, level: float) -> str:
-    """The report as text."""
+    """Return the report as text."""
     samples = sum(len(each.t) for each in found.recordings)
     lines = [f"{_count(len(found.recordings), 'recording')}, {samples} samples"]
     # What was repaired or left out while reading.
@@ -132,7 +132,7 @@ def _motion_lines(fit: MotionFit, level: float) -> list[str]:
 
 
 def error_row(what: str, errors: np.ndarray) -> str:
-    """Mean and median of (K, 2) distances and angles; recordings that failed are left out."""
+    """Return mean and median of (K, 2) distances and angles, without recordings that failed."""
     fine = errors[np.isfinite(errors).all(axis=1)]
     if not len(fine):
         return f"{what}: no motion came to its end"
@@ -154,7 +154,7 @@ def _table(names: Any, values: Any, ends: Any, level: float) -> list[str]:
 
 
 def _as_dict(found: Identification, level: float) -> dict[str, Any]:
-    """Plain data for JSON; what is not finite is None."""
+    """Return plain data for JSON; what is not finite is None."""
     calibration = found.calibration
     by_motion, by_impact = found.by_motion, found.by_impact
     data: dict[str, Any] = {
@@ -290,7 +290,7 @@ def identify(
 
 
 def _shared(names: tuple[str, ...], known: Sequence[str]) -> str | tuple[str, ...]:
-    """The name of one coefficient shared by all these: a pattern where one fits."""
+    """Return the name of one coefficient shared by all these: a pattern where one fits."""
     if len(names) == 1:
         return names[0]
     first, last = min(names), max(names)
@@ -309,7 +309,7 @@ def _with(scene: Scene, fit: Fit) -> Scene:
 
 
 def _chosen(scene: Scene, restitution: Any, friction: Any) -> tuple[Any, Any]:
-    """By default one coefficient for all contacts that have a number for it."""
+    """Choose by default one coefficient for all contacts that have a number for it."""
     chosen = []
     for kind, given in (("restitution", restitution), ("friction", friction)):
         if given is None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, check_kind
+from ..design.parameters import checked_sigma
+from ..errors import InputError, RangeError, check_kind
 from ..robot.arrays import lock
 from ..scene import Scene
 from .active_contacts import ClosingContacts
@@ -189,7 +190,7 @@ class _Detector:
         flights: list[np.ndarray],
         known: dict[tuple[bytes, bytes], Any],
     ) -> list[Any]:
-        """The meeting of each flight with the next; None if too far apart, or short and smooth.
+        """Return the meeting of each flight with the next; None if far apart, or short and smooth.
 
         ``known``: what was found for two flights, by their samples.
         """
@@ -233,7 +234,7 @@ class _Detector:
 def _off_their_contacts(
     closing: ClosingContacts, impacts: list[FoundImpact]
 ) -> tuple[list[FoundImpact], list[tuple[str, float, float]]]:
-    """The impacts, and phases in place of those whose gap is far from the median of all.
+    """Return the impacts, and phases in place of those whose gap is far from the median of all.
 
     A bounce between samples bends both flights: they meet below the floor. Median and spread of
     the gaps are robust estimates from all impacts.
@@ -259,7 +260,7 @@ def _off_their_contacts(
 
 
 def _cut_at(flights: list[np.ndarray], meetings: list[Any]) -> list[np.ndarray]:
-    """The flights with each sample on the side of an impact on which the time found puts it.
+    """Return the flights with each sample on the side of an impact on which the time found puts it.
 
     A flight is known to have ended one or two samples late; these belong to the next one, and
     spoil its meeting with the one after it until they are there.
@@ -321,9 +322,4 @@ def _given_sigma(sigma: Any, several: list[Recording], nv: int) -> np.ndarray | 
         if any(each is None for each in given):
             return None
         return np.sqrt(np.mean([np.broadcast_to(each, (nv,)) ** 2 for each in given], axis=0))
-    noise = np.array(sigma, dtype=float)
-    if noise.shape not in ((), (nv,)):
-        raise ShapeError.of("find_impacts: sigma", (nv,), noise.shape, "or one number")
-    if not (np.isfinite(noise) & (noise > 0.0)).all():
-        raise RangeError.of("find_impacts: sigma", sigma, "above 0")
-    return np.array(np.broadcast_to(noise, (nv,)))
+    return np.array(np.broadcast_to(checked_sigma(sigma, nv, "find_impacts: sigma"), (nv,)))

@@ -140,7 +140,7 @@ def _measurement(row: Mapping[str, Any], where: str, scene: Scene, q: Any, v: An
 def _put(
     given: Mapping[str, Any], into: np.ndarray, model: pin.Model, size: str, where: str
 ) -> np.ndarray:
-    """Values by joint, put into a vector."""
+    """Put values by joint into a vector."""
     names = list(model.names)
     for name, value in given.items():
         if name not in names[1:]:
@@ -163,7 +163,7 @@ def _put(
 
 
 def _entries(value: Any, where: str, name: str) -> list[tuple[int, float]]:
-    """Index and number; None in a list was not measured."""
+    """Return index and number; None in a list was not measured."""
     if isinstance(value, dict):
         return list(value.items())
     found = []

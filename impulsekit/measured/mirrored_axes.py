@@ -50,7 +50,7 @@ class MirroredAxes(OneLine):
     notes: tuple[str, ...] = ()
 
     def apply(self, measurements: Sequence[Measurement]) -> list[Measurement]:
-        """The measurements with these signs; a covariance goes with them."""
+        """Return the measurements with these signs; a covariance goes with them."""
         found = []
         for m in measurements:
             covariance = m.covariance
@@ -124,7 +124,7 @@ def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
 
 
 def _parts(m: Measurement) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """(W, basis): jumps in the metric of M, what impulses reach there; and the sum of normals."""
+    """Return W and basis, jumps in M's metric and what impulses reach; and the sum of normals."""
     v = np.array([m.v_before, m.v_after], dtype=float)
     if not np.isfinite(v).all():
         raise InputError("find_mirrored: a velocity has gaps; leave such impacts out")
@@ -137,7 +137,7 @@ def _parts(m: Measurement) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
 
 
 def _share(parts: tuple[np.ndarray, np.ndarray], m: Measurement, signs: np.ndarray) -> float:
-    """The share of a jump that no impulse explains."""
+    """Return the share of a jump that no impulse explains."""
     root, basis = parts
     jump = root @ (signs * (np.asarray(m.v_after, float) - np.asarray(m.v_before, float)))
     size = float(np.linalg.norm(jump))

@@ -22,7 +22,7 @@ FLAT = 1e-3
 def design_points(
     low: np.ndarray, high: np.ndarray, count: int, seed: int, centre: np.ndarray | None = None
 ) -> np.ndarray:
-    """(count, P) points of Sobol's sequence in a box; the first is ``centre`` where it is given."""
+    """Return (count, P) points of Sobol's sequence in a box, ``centre`` first where given."""
     import warnings
 
     from scipy.stats import qmc
@@ -45,7 +45,7 @@ def least_of(
     high: np.ndarray,
     counts: np.ndarray | None = None,
 ) -> np.ndarray:
-    """(P,) where the squared loss, as a quadratic of the parameters, is least within a box.
+    """Return (P,) where the squared loss, as a quadratic of the parameters, is least within a box.
 
     A mean of distances has the form √(c² + k² (x − x₀)²) about its least point: its square is
     the quadratic. Points of large loss count less, since the quadratic holds near the least.
@@ -106,7 +106,7 @@ def resampled_least(
     count: int,
     seed: int,
 ) -> np.ndarray:
-    """(count, P) the least points of means over resampled recordings (bootstrap, Efron 1979).
+    """Return the (count, P) least points of resampled recordings' means (Efron 1979).
 
     Points count by random weights besides (Rubin 1981): motions with many impacts are rough
     functions of their coefficients, and the few points of a quadratic feel it.

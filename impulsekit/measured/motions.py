@@ -92,7 +92,7 @@ class MotionFit(OneLine):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
-        """The value of one parameter by name.
+        """Return the value of one parameter by name.
 
         Raises:
             UnknownNameError.
@@ -110,7 +110,7 @@ class MotionFit(OneLine):
         return one_line("MotionFit", *values, notes=len(self.notes))
 
     def intervals(self, level: float = 0.95) -> np.ndarray:
-        """(P, 2) percentiles of the resampled fits.
+        """Return (P, 2) percentiles of the resampled fits.
 
         Raises:
             RangeError: the level is not between 0 and 1.
@@ -204,7 +204,7 @@ def check_choices(held_out: float, threads: int | None, seed: int) -> None:
 
 
 def _evenly(count: int, share: float) -> set[int]:
-    """Indices of about a share of all, evenly spread."""
+    """Return indices of about a share of all, evenly spread."""
     return set(np.flatnonzero(np.diff(np.floor(share * np.arange(count + 1)))).tolist())
 
 
@@ -233,7 +233,7 @@ class _Search:
         self._run()
 
     def _inner(self, values: np.ndarray) -> np.ndarray:
-        """Coordinates of the search: logarithms of frictions and of forces."""
+        """Return the coordinates of the search: logarithms of frictions and of forces."""
         return np.where(self._log, np.log(np.maximum(values, NONZERO)), values)
 
     def _outer(self, inner: np.ndarray) -> np.ndarray:
@@ -262,7 +262,7 @@ class _Search:
         self._refine(plan[-1][2])
 
     def _refine(self, resamples: int) -> None:
-        """Gauss–Newton steps from the least point where motions have no impacts."""
+        """Take least-squares steps from the least point where motions have no impacts."""
         found = smooth_fit(
             self._rollouts, self._scene_of, self.centre, np.asarray(self._searched.T),
             self._fitted.tolist(), (resamples, self._seed),
@@ -286,7 +286,7 @@ class _Search:
         return np.maximum(centre - reach, first_low), np.minimum(centre + reach, first_high)
 
     def _losses(self, inner: np.ndarray, chosen: np.ndarray, stage: int) -> np.ndarray:
-        """(K, R) losses of points on recordings; a motion that fails counts as the worst."""
+        """Return (K, R) losses of points on recordings; a motion that fails counts as the worst."""
         errors = np.empty((len(inner), len(chosen), 2))
         for k, point in enumerate(inner):
             errors[k] = self._rollouts.errors(self._scene_of(point), chosen.tolist())
@@ -309,7 +309,7 @@ class _Search:
         return losses
 
     def result(self, recordings: Sequence[Recording], apart: Sequence[int]) -> MotionFit:
-        """The fit, with the errors at its values on all recordings."""
+        """Return the fit, with the errors at its values on all recordings."""
         values = self._outer(self.centre)
         scene = self._scene_of(self.centre)
         errors = self._rollouts.errors(scene, self._fitted.tolist())

@@ -15,7 +15,7 @@ from ..errors import FileError, InputError, MissingExtraError, ShapeError, quote
 from ..files import file_told, open_plain_file, path_of
 from ..robot import Robot
 from .columns import RecordingFormat
-from .csv_table import csv_columns, without_unit
+from .csv_table import csv_columns, is_number, without_unit
 from .recording import Recording
 
 # A column of several numbers: position[0], or position.x.
@@ -161,7 +161,7 @@ def _parquet(path: Any, label: str) -> dict[str, Any]:
 def _of_table(
     table: Mapping[str, Any], label: str, format: RecordingFormat
 ) -> list[tuple[str, dict[str, Any], float | None, list[str]]]:
-    """The columns of a table put together, and cut where its labels change."""
+    """Put the columns of a table together, and cut them where its labels change."""
     stated = format.time, format.length, format.angle
     plain = [without_unit(name, stated, label) for name in table]
     twice = next((name for name in plain if plain.count(name) > 1), None)
@@ -186,7 +186,7 @@ def _of_table(
 
 
 def _joined(table: Mapping[str, Any], label: str) -> dict[str, np.ndarray]:
-    """Arrays (T,) or (T, k) of columns that may be called name[i]."""
+    """Return arrays (T,) or (T, k) of columns that may be called name[i]."""
     parts: dict[str, dict[int, np.ndarray]] = {}
     for name, values in table.items():
         numbers = _numbers(values, f'{label}: column "{shown(name)}"')
@@ -210,25 +210,17 @@ def _joined(table: Mapping[str, Any], label: str) -> dict[str, np.ndarray]:
 
 
 def _numbers(values: Any, what: str) -> np.ndarray:
-    """Floats; an empty cell is a gap, dates are seconds after the first."""
+    """Return floats; an empty cell is a gap, dates are seconds after the first."""
     if _are_dates(values):
         since = values - values[:1] if values.dtype.kind == "M" else values
         return np.asarray(since / np.timedelta64(1, "s"), dtype=float)
     try:
         return np.array([np.nan if v in ("", None) else float(v) for v in values])
     except (TypeError, ValueError):
-        bad = next(v for v in values if not _is_number(v))
+        bad = next(v for v in values if v not in ("", None) and not is_number(v))
         raise InputError(f"{what} must hold numbers, got {quoted(bad)}") from None
 
 
 def _are_dates(values: Any) -> bool:
-    """Dates and spans of time, as tables have them."""
+    """Return dates and spans of time, as tables have them."""
     return isinstance(values, np.ndarray) and values.dtype.kind in ("M", "m")
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        float(value)
-    except (TypeError, ValueError):
-        return value in ("", None)
-    return True

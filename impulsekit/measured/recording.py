@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from ..design.parameters import checked_sigma
 from ..display import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing
 from ..robot import Robot
@@ -22,30 +23,8 @@ if TYPE_CHECKING:
     from .columns import RecordingFormat
 
 
-def smoothed_velocities(
-    model: pin.Model, t: np.ndarray, q: np.ndarray, breaks: Sequence[float], reach: int
-) -> np.ndarray:
-    """See ``Recording.velocities``."""
-    if reach < 1:
-        raise RangeError.of("reach", reach, "1 or more")
-    piece = np.searchsorted(np.sort(np.asarray(breaks, dtype=float)), t, side="right")
-    found = np.empty((len(t), model.nv))
-    for k in range(len(t)):
-        low, high = max(0, k - reach), min(len(t), k + reach + 1)
-        near = low + np.flatnonzero(piece[low:high] == piece[k])
-        near = near[(near == k) | (t[near] != t[k])]
-        if len(near) < 2:
-            raise InputError(
-                f"velocities: the sample at {t[k]:g} s has no other between two breaks; "
-                "give fewer breaks"
-            )
-        offsets = np.array([pin.difference(model, q[k], q[i]) for i in near])
-        found[k] = _slopes(t[near] - t[k], offsets)
-    return found
-
-
 def _slopes(times: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """(nv,) slopes at 0 of the parabolas, or lines through two samples, that fit best."""
+    """Return (nv,) slopes at 0 of the parabolas, or lines through two samples, that fit best."""
     order = min(2, len(times) - 1)
     size = float(np.abs(times).max())
     powers = np.stack([(times / size) ** k for k in range(order + 1)], axis=1)
@@ -117,7 +96,7 @@ class Recording(OneLine):
             if not pin.isNormalized(model, row, QUATERNION_TOLERANCE):
                 checked_configuration(model, row)
         if self.sigma is not None:
-            arrays["sigma"] = _sigma(self.sigma, model.nv)
+            arrays["sigma"] = checked_sigma(self.sigma, model.nv, "Recording: sigma")
         impacts = _impacts(self.impacts)
         for time, impact in impacts:
             if impact.scene.robot.nq != self.robot.nq:
@@ -136,7 +115,7 @@ class Recording(OneLine):
         repair: str | Sequence[str] = (),
         name: str = "",
     ) -> Recording:
-        """A recording of named columns; see ``load_recordings`` for the names and the repairs.
+        """Return a recording of named columns; see ``load_recordings`` for names and repairs.
 
         Args:
             robot: the robot.
@@ -162,7 +141,7 @@ class Recording(OneLine):
         return cls(robot, t, q, v=v, name=name, notes=notes)
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """(F, nq) configurations at (F,) times [s], along geodesics between the instants."""
+        """Return (F, nq) configurations at (F,) times [s], along geodesics between the instants."""
         after = np.clip(np.searchsorted(self.t, times, side="right"), 1, max(len(self.t) - 1, 1))
         found = np.empty((len(times), self.robot.nq))
         for row, (time, i) in enumerate(zip(times, after, strict=True)):
@@ -178,7 +157,7 @@ class Recording(OneLine):
         return found
 
     def part(self, start: float, end: float) -> Recording:
-        """The instants from ``start`` to ``end`` [s], both included.
+        """Return the instants from ``start`` to ``end`` [s], both included.
 
         Raises:
             RangeError: there is no instant between them.
@@ -196,7 +175,7 @@ class Recording(OneLine):
         )
 
     def velocities(self, breaks: Sequence[float] = (), reach: int = 4) -> np.ndarray:
-        """(T, nv) velocities by local fits of second order on the manifold.
+        """Return (T, nv) velocities by local fits of second order on the manifold.
 
         Each is the slope of a parabola through the nearest samples, ``reach`` on either side, in
         the tangent space at its own sample (Savitzky & Golay 1964, on the group); samples on
@@ -206,12 +185,27 @@ class Recording(OneLine):
             InputError: fewer than two samples between two breaks.
             RangeError: ``reach`` is below 1.
         """
-
-        return smoothed_velocities(self.robot.model, self.t, self.q, breaks, reach)
+        if reach < 1:
+            raise RangeError.of("reach", reach, "1 or more")
+        t, q, model = self.t, self.q, self.robot.model
+        piece = np.searchsorted(np.sort(np.asarray(breaks, dtype=float)), t, side="right")
+        found = np.empty((len(t), model.nv))
+        for k in range(len(t)):
+            low, high = max(0, k - reach), min(len(t), k + reach + 1)
+            near = low + np.flatnonzero(piece[low:high] == piece[k])
+            near = near[(near == k) | (t[near] != t[k])]
+            if len(near) < 2:
+                raise InputError(
+                    f"velocities: the sample at {t[k]:g} s has no other between two breaks; "
+                    "give fewer breaks"
+                )
+            offsets = np.array([pin.difference(model, q[k], q[i]) for i in near])
+            found[k] = _slopes(t[near] - t[k], offsets)
+        return found
 
 
 def _impacts(given: Any) -> tuple[tuple[float, Impact], ...]:
-    """Pairs of a time and an impact."""
+    """Return pairs of a time and an impact."""
     if isinstance(given, Iterable):
         pairs = [each if isinstance(each, tuple | list) else () for each in given]
         if all(len(pair) == 2 and hasattr(pair[1], "scene") for pair in pairs):
@@ -222,17 +216,8 @@ def _impacts(given: Any) -> tuple[tuple[float, Impact], ...]:
     )
 
 
-def _sigma(given: Any, nv: int) -> np.ndarray:
-    sigma = floats(given, "Recording: sigma")
-    if sigma.shape not in ((), (nv,)):
-        raise ShapeError.of("Recording: sigma", (nv,), sigma.shape, "or one number")
-    if not (np.isfinite(sigma) & (sigma > 0.0)).all():
-        raise RangeError.of("Recording: sigma", given, "above 0")
-    return sigma
-
-
 def as_recordings(given: Any, what: str) -> list[Recording]:
-    """One recording or several as a list, for a function, ``what`` in words.
+    """Return one recording or several as a list, for a function, ``what`` in words.
 
     Raises:
         InputError: something else is among them.

@@ -31,7 +31,7 @@ Samples = tuple[np.ndarray, np.ndarray, np.ndarray | None]
 
 
 def without_gaps(samples: Samples, where: str, repair: Any, notes: list[str]) -> Samples:
-    """Samples that are finite."""
+    """Return samples that are finite."""
     parts = [part.reshape(len(part), -1) for part in samples if part is not None]
     fine = np.isfinite(np.hstack(parts)).all(axis=1)
     bad = np.flatnonzero(~fine)
@@ -50,7 +50,7 @@ def without_gaps(samples: Samples, where: str, repair: Any, notes: list[str]) ->
 
 
 def in_order(samples: Samples, where: str, repair: Any, notes: list[str]) -> Samples:
-    """Samples whose times rise."""
+    """Return samples whose times rise."""
     t = samples[0]
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if not len(back):
@@ -81,7 +81,7 @@ def _chosen(samples: Samples, which: np.ndarray) -> Samples:
 
 
 def turns_of(quaternions: np.ndarray) -> np.ndarray:
-    """(N, 3, 3) rotations of (N, 4) quaternions xyzw of any length."""
+    """Return (N, 3, 3) rotations of (N, 4) quaternions xyzw of any length."""
     length = np.linalg.norm(quaternions, axis=1, keepdims=True)
     x, y, z, w = (quaternions / np.where(length > 0.0, length, 1.0)).T
     rows = [
@@ -97,7 +97,7 @@ FEWEST_REPEATS = 3
 
 
 def repeated_poses(q: np.ndarray) -> list[str]:
-    """A note if samples between moving ones repeat the pose before them exactly.
+    """Return a note if samples between moving ones repeat the pose before them exactly.
 
     Repeats at the beginning and at the end are those of a body at rest, out of a simulator.
 
@@ -208,7 +208,7 @@ FACTORS = {
 def checked_velocities(
     robot: Robot, t: np.ndarray, q: np.ndarray, v: np.ndarray | None, where: str, notes: list[str]
 ) -> np.ndarray | None:
-    """The velocities, if they agree with the rate of the configurations.
+    """Return the velocities, if they agree with the rate of the configurations.
 
     Raises:
         InputError: they agree only once units, axes or the order of a quaternion are changed;
@@ -261,7 +261,7 @@ def _apart(rate: np.ndarray, mean: np.ndarray) -> float:
 def _readings(
     t: np.ndarray, rate: np.ndarray, mean: np.ndarray, quaternions: np.ndarray | None
 ) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Other readings of velocities: what to say, and rates and velocities as they would be.
+    """Return other readings of velocities: what to say, and rates and velocities as they would be.
 
     Args:
         quaternions: (T, 4) of a body whose angular velocity it is; else None.
@@ -295,7 +295,7 @@ FALLS = {
 
 
 def unit_of_falls(scale: float, gravity: float) -> tuple[float | None, str]:
-    """The unit in which bodies fall, over what was stated, and the error's words.
+    """Return the unit in which bodies fall, over what was stated, and the error's words.
 
     Args:
         scale: acceleration of free fall in the recordings over ``gravity`` [m/s²].

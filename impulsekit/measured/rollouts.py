@@ -32,7 +32,7 @@ State = tuple[np.ndarray, np.ndarray]
 
 
 def starts_of(recordings: Sequence[Recording], scene: Scene) -> list[State]:
-    """The state of each recording at its first sample, by a fit to its first flight.
+    """Return the state of each recording at its first sample, by a fit to its first flight.
 
     Samples after the first impact take no part. Recordings that begin in contact begin with the
     slope of their first samples.
@@ -85,7 +85,7 @@ class Rollouts:
         self._settings, self._threads = settings, threads
 
     def with_settings(self, **changed: Any) -> Rollouts:
-        """The same with other settings of the motions."""
+        """Return the same with other settings of the motions."""
         found = copy(self)
         found._settings = self._settings.changed(**changed)
         return found
@@ -97,7 +97,7 @@ class Rollouts:
         *,
         starts: Sequence[State] | None = None,
     ) -> list[Any]:
-        """The motions of some recordings, as ``follow_rows`` gives them.
+        """Return the motions of some recordings, as ``follow_rows`` gives them.
 
         Args:
             starts: in place of the first states of these recordings.
@@ -121,7 +121,7 @@ class Rollouts:
         return found
 
     def errors(self, scene: Scene, which: Sequence[int] | None = None) -> np.ndarray:
-        """(K, 2) mean distance [m] and angle [rad] over each recording and all links.
+        """Return (K, 2) mean distance [m] and angle [rad] over each recording and all links.
 
         NaN where a motion does not come to its end.
         """

@@ -26,7 +26,7 @@ _JOINTS = "sensor_msgs/msg/JointState"
 def columns_of_bag(
     path: str | os.PathLike[str], format: RecordingFormat, robot: Robot
 ) -> tuple[dict[str, Any], list[str]]:
-    """Columns by name, and notes on what is left out.
+    """Return columns by name, and notes on what is left out.
 
     Times are from the messages' own stamps; poses of the free root, joints by name.
 
@@ -91,7 +91,7 @@ def _chosen(kinds: Mapping[str, str], asked: Mapping[str, str] | None, label: st
 
 
 def _stamp(message: Any, received: int) -> float:
-    """The message's own time [s]; when it was received, if it has none."""
+    """Return the message's own time [s]; when it was received, if it has none."""
     header = getattr(message, "header", None)
     if header is not None and (header.stamp.sec or header.stamp.nanosec):
         return float(header.stamp.sec) + NANOSECOND * float(header.stamp.nanosec)
@@ -110,7 +110,7 @@ def _pose(message: Any) -> list[float]:
 
 
 def _angle(message: Any, name: str, topic: str) -> float:
-    """The position of a joint that the topic's first message has."""
+    """Return the position of a joint that the topic's first message has."""
     positions = dict(zip(message.name, message.position, strict=False))
     if name not in positions:
         stamp = message.header.stamp
@@ -157,7 +157,7 @@ def _columns(
 
 
 def _within(columns: dict[str, Any], first: float, last: float) -> dict[str, Any]:
-    """The rows between two times [s]."""
+    """Return the rows between two times [s]."""
     kept = (columns["t"] >= first) & (columns["t"] <= last)
     if not kept.any():
         raise InputError(
@@ -168,7 +168,7 @@ def _within(columns: dict[str, Any], first: float, last: float) -> dict[str, Any
 
 
 def _between(times: np.ndarray, stamps: np.ndarray, seen: np.ndarray, topic: str) -> np.ndarray:
-    """Positions of a joint at the times of poses, on straight lines."""
+    """Return positions of a joint at the times of poses, on straight lines."""
     if (np.diff(stamps) <= 0.0).any():
         k = int(np.flatnonzero(np.diff(stamps) <= 0.0)[0])
         raise InputError(

@@ -64,7 +64,7 @@ class Segments:
 def flights_with_noise(
     flight: Flight, recordings: Sequence[Recording], least: np.ndarray | float = ROUNDING
 ) -> tuple[np.ndarray, list[Segments]] | None:
-    """(nv,) noise of the samples of recordings, and their flights, cut with some patience.
+    """Return (nv,) noise of the samples of recordings, and their flights, cut with some patience.
 
     Cameras are off by about the same from one sample to the next: differences of neighbours show
     less than what a flight through a dozen samples leaves. So flights are cut with far more noise
@@ -90,7 +90,7 @@ def flights_with_noise(
 def _left_by_fits(
     flight: Flight, recording: Recording, own: np.ndarray, sigma: np.ndarray
 ) -> list[np.ndarray]:
-    """(nv,) mean squares of what is left of pieces of a flight."""
+    """Return (nv,) mean squares of what is left of pieces of a flight."""
     t, q, found = recording.t, recording.q, []
     for begin in range(0, len(own) - len(own) % PIECE, PIECE):
         piece = own[begin : begin + PIECE]
@@ -106,7 +106,7 @@ def _left_by_fits(
 
 
 def _of_neighbours(flight: Flight, t: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """(nv,) noise of samples: what they differ by from the mean of their neighbours.
+    """Return (nv,) noise of samples: what they differ by from the mean of their neighbours.
 
     With the acceleration of free flight taken off; the median over all samples, so that impacts
     and rests do not count for much. Steps of unlike length are left out.
@@ -148,7 +148,7 @@ class _Candidates:
         self.outliers: list[list[int]] = []
 
     def begin(self, k: int, cost: float) -> None:
-        """One more, through samples k and k + 1."""
+        """Begin one more, through samples k and k + 1."""
         t, q, flight = self._t, self._q, self._flight
         dt = float(t[k + 1] - t[k])
         way = pin.difference(flight.model, q[k], q[k + 1])
@@ -237,7 +237,7 @@ def find_segments(flight: Flight, t: np.ndarray, q: np.ndarray, sigma: np.ndarra
 
 
 def _chosen(ending: list[_Ending | None]) -> Segments:
-    """The flights on the way back from the end."""
+    """Return the flights on the way back from the end."""
     found = Segments([], [])
     end = len(ending) - 1
     while end > 0:
@@ -292,7 +292,7 @@ def meeting_of(
     sides: tuple[np.ndarray, np.ndarray],
     sigma: np.ndarray,
 ) -> tuple[Kink, tuple[np.ndarray, np.ndarray]] | None:
-    """The meeting of the flights through two runs of samples; and the samples of each side.
+    """Return the meeting of the flights through two runs of samples; and the samples of each side.
 
     Samples next to the impact go to the side on which the time found puts them. None if no
     two samples stay on one of the sides.
@@ -333,7 +333,7 @@ def meeting_of(
 def _first_guess(
     flight: Flight, t: np.ndarray, q: np.ndarray, own: np.ndarray, time: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The state at a time from the first and last of some samples."""
+    """Return the state at a time from the first and last of some samples."""
     first, last = own[0], own[-1]
     middle = first if abs(t[first] - time) < abs(t[last] - time) else last
     near = own[1] if middle == first else own[-2]
@@ -351,7 +351,7 @@ def _joined(
     apart: np.ndarray,
     sigma: np.ndarray,
 ) -> Kink:
-    """Both flights with one configuration at their common time, by least squares.
+    """Join both flights with one configuration at their common time, by least squares.
 
     Unknowns: δq, v⁻ and v⁺, each with the information of its fit, and one time for all, which
     moves the samples against the states: δ(q − v⁻ t), δ(q − v⁺ t).

@@ -46,17 +46,17 @@ class Arithmetic:
 
     @classmethod
     def double(cls) -> Arithmetic:
-        """IEEE doubles, some 16 digits."""
+        """Return IEEE doubles, some 16 digits."""
         return cls("double", np.dtype(np.float64), float(np.finfo(np.float64).eps))
 
     @classmethod
     def long_double(cls) -> Arithmetic:
-        """The machine's long doubles, some 19 digits on x86."""
+        """Return the machine's long doubles, some 19 digits on x86."""
         return cls("long double", np.dtype(np.longdouble), np.finfo(np.longdouble).eps)
 
     @classmethod
     def mpmath(cls, digits: int = 50) -> Arithmetic:
-        """Numbers of ``digits`` decimal digits.
+        """Return numbers of ``digits`` decimal digits.
 
         The precision lives in a context of its own: ``mpmath.mp`` is left as it was.
 
@@ -75,7 +75,7 @@ class Arithmetic:
     # -- numbers and arrays ---------------------------------------------------
 
     def number(self, value: Any) -> Any:
-        """One number: of an int, a float, a fraction, a decimal or a number of mpmath.
+        """Return one number: of an int, a float, a fraction, a decimal or a number of mpmath.
 
         A string is read as the decimal it writes, to the precision at hand.
         """
@@ -98,7 +98,7 @@ class Arithmetic:
         return np.longdouble(value)
 
     def array(self, values: Any) -> Array:
-        """A copy of ``values`` as an array of these numbers."""
+        """Return a copy of ``values`` as an array of these numbers."""
         given = np.asarray(values)
         if self._context is None and given.dtype != object:
             return np.array(given, dtype=self.dtype)
@@ -108,7 +108,7 @@ class Arithmetic:
         return converted
 
     def finite_array(self, values: Any, what: str) -> Array:
-        """A copy of ``values``, all of them finite.
+        """Return a copy of ``values``, all of them finite.
 
         Raises:
             NotFiniteError: an entry is not a finite number.
@@ -125,11 +125,11 @@ class Arithmetic:
         return given
 
     def zeros(self, *shape: int) -> Array:
-        """An array of zeros."""
+        """Return an array of zeros."""
         return np.full(shape, self.number(0), dtype=self.dtype)
 
     def eye(self, size: int) -> Array:
-        """The identity matrix."""
+        """Return the identity matrix."""
         identity = self.zeros(size, size)
         identity[np.arange(size), np.arange(size)] = self.number(1)
         return identity
@@ -137,25 +137,25 @@ class Arithmetic:
     # -- functions of one number ----------------------------------------------
 
     def sin(self, angle: Any) -> Any:
-        """Sine of an angle in radians."""
+        """Return the sine of an angle in radians."""
         return self._context.sin(angle) if self._context is not None else np.sin(angle)
 
     def cos(self, angle: Any) -> Any:
-        """Cosine of an angle in radians."""
+        """Return the cosine of an angle in radians."""
         return self._context.cos(angle) if self._context is not None else np.cos(angle)
 
     def sqrt(self, value: Any) -> Any:
-        """Square root."""
+        """Return square root."""
         return self._context.sqrt(value) if self._context is not None else np.sqrt(value)
 
     def atan2(self, sine: Any, cosine: Any) -> Any:
-        """The angle whose sine and cosine are in the ratio given, in (-pi, pi]."""
+        """Return the angle whose sine and cosine are in the ratio given, in (-pi, pi]."""
         if self._context is not None:
             return self._context.atan2(sine, cosine)
         return np.arctan2(sine, cosine)
 
     def norm(self, vector: Array) -> Any:
-        """Euclidean length of a vector."""
+        """Return Euclidean length of a vector."""
         return self.sqrt(vector @ vector)
 
     # -- linear algebra --------------------------------------------------------
@@ -228,7 +228,7 @@ class Arithmetic:
         return columns.reshape(right.shape)
 
     def solve_minimum_norm(self, matrix: Array, right: Array) -> tuple[Array, int]:
-        """The shortest x with ``matrix @ x = right``, for a matrix that may have lost rank.
+        """Return the shortest x with ``matrix @ x = right``, for a matrix that may have lost rank.
 
         The matrix W is symmetric and positive semidefinite, such as A M⁻¹ Aᵀ of rows A that
         repeat each other. Elimination with exchanges, on W scaled to a unit diagonal, picks
@@ -287,7 +287,7 @@ def read_only(*arrays: Array) -> None:
 
 
 def closed(values: Array) -> Array:
-    """The same array, closed against writing."""
+    """Return the same array, closed against writing."""
     read_only(values)
     return values
 

@@ -29,7 +29,7 @@ from impulsekit.reference.tree import Tree
 
 
 def joint_directions(at: Kinematics, tree: Tree, body: int) -> Array:
-    """(d, 6) how each own speed of the joint above a body moves it, at its origin.
+    """Return (d, 6) how each own speed of the joint above a body moves it, at its origin.
 
     Linear before angular, world axes. The rows are orthonormal for every kind of joint.
     """
@@ -39,7 +39,7 @@ def joint_directions(at: Kinematics, tree: Tree, body: int) -> Array:
 
 
 def freed_directions(numbers: Arithmetic, own: Array) -> Array:
-    """(6 − d, 6) an orthonormal set of the directions that are not among ``own`` (d, 6)."""
+    """Return (6 − d, 6) an orthonormal set of the directions that are not among ``own`` (d, 6)."""
     known = [*own]
     freed: list[Array] = []
     while len(known) < 6:
@@ -63,7 +63,7 @@ def reaction(
     couples: Array,
     own_impulse: Array,
 ) -> Array:
-    """The impulsive wrench that the joint above a body gives it.
+    """Return the impulsive wrench that the joint above a body gives it.
 
     Args:
         body: index of the body below the joint.
@@ -144,7 +144,7 @@ class KaneImpact:
         return self.body_dv[index], self.body_domega[index]
 
     def joint_reaction(self, joint: str) -> Array:
-        """The impulsive wrench that the parent link gives the child through a joint.
+        """Return the impulsive wrench that the parent link gives the child through a joint.
 
         Found by freeing the joint (:mod:`impulsekit.reference.impact`).
 
@@ -166,5 +166,5 @@ class KaneImpact:
         )
 
     def joint_reactions(self) -> dict[str, Array]:
-        """:meth:`joint_reaction` of every joint, by name."""
+        """Return :meth:`joint_reaction` of every joint, by name."""
         return {name: self.joint_reaction(name) for name in self.tree.joint_names}

@@ -155,7 +155,7 @@ def directions(numbers: Arithmetic, kind: str, axis: Array) -> tuple[Array, Arra
 
 
 def joint_coordinate(joint: Joint, q: Array, arithmetic: Arithmetic) -> Any:
-    """The angle in rad or displacement in m of a joint with a single speed."""
+    """Return the angle in rad or displacement in m of a joint with a single speed."""
     first = joint.first_coordinate
     if joint.coordinate_kind == "continuous":
         value = arithmetic.atan2(q[first + 1], q[first])
@@ -165,7 +165,7 @@ def joint_coordinate(joint: Joint, q: Array, arithmetic: Arithmetic) -> Any:
 
 
 def joint_pose(joint: Joint, q: Array, arithmetic: Arithmetic) -> tuple[Array, Array]:
-    """Rotation (3, 3) and translation (3,) of the child in the joint's frame.
+    """Return rotation (3, 3) and translation (3,) of the child in the joint's frame.
 
     Args:
         q: (nq,) coordinates of the whole system, checked.

@@ -19,7 +19,7 @@ from impulsekit.reference.rotation import cross
 
 
 def generalized_active_force(at: Kinematics, forces: Array, couples: Array) -> Array:
-    """F_l = Σ_k v_k^l·F_k + ω_k^l·M_k (Chang & Huston 1995, eqs. 7-10).
+    """Return F_l = Σ_k v_k^l·F_k + ω_k^l·M_k (Chang & Huston 1995, eqs. 7-10).
 
     Args:
         forces: (N, 3) N, the resultant F_k on each mass centre.
@@ -34,7 +34,7 @@ def generalized_active_force(at: Kinematics, forces: Array, couples: Array) -> A
 def generalized_inertia_force(
     at: Kinematics, rates: PartialRates, y: Array, acceleration: Array
 ) -> Array:
-    """F*_l = Σ_k v_k^l·F*_k + ω_k^l·M*_k (Chang & Huston 1995, eqs. 11-16), with
+    """Return F*_l = Σ_k v_k^l·F*_k + ω_k^l·M*_k (Chang & Huston 1995, eqs. 11-16), with
 
         F*_k = −m_k a_k,    M*_k = −I_k·α_k − ω_k x (I_k·ω_k).
 
@@ -67,7 +67,7 @@ def accelerations(
     active_force: Array,
     on_singular: Callable[[int], Exception],
 ) -> Array:
-    """ẏ from Kane's equations F_l + F*_l = 0 (Chang & Huston 1995, eq. 17).
+    """Return ẏ from Kane's equations F_l + F*_l = 0 (Chang & Huston 1995, eq. 17).
 
     F*_l is −a_lp ẏ_p plus what it is at ẏ = 0.
 
@@ -83,7 +83,7 @@ def accelerations(
 
 
 def generalized_impulse(at: Kinematics, impulses: Array, couples: Array) -> Array:
-    """I_l = Σ_k ( v_k^l·∫F_k dt + ω_k^l·∫M_k dt ) (Chang & Huston 1995, eq. 18).
+    """Return I_l = Σ_k ( v_k^l·∫F_k dt + ω_k^l·∫M_k dt ) (Chang & Huston 1995, eq. 18).
 
     The configuration stands still during the impact, so the partial velocities leave the
     integral.
@@ -99,7 +99,7 @@ def generalized_impulse(at: Kinematics, impulses: Array, couples: Array) -> Arra
 
 
 def generalized_momentum(at: Kinematics, y: Array) -> Array:
-    """P_l = Σ_k ( m_k v_k^l·v_k + ω_k^l·I_k·ω_k ), (n,) (Chang & Huston 1995, eq. 19).
+    """Return P_l = Σ_k ( m_k v_k^l·v_k + ω_k^l·I_k·ω_k ), (n,) (Chang & Huston 1995, eq. 19).
 
     A rotor in a joint adds its armature times the joint's speed.
     """
@@ -108,13 +108,13 @@ def generalized_momentum(at: Kinematics, y: Array) -> Array:
 
 
 def momenta(at: Kinematics, y: Array) -> tuple[Array, Array]:
-    """(N, 3) m_k v_k and (N, 3) I_k·ω_k of the bodies, without rotors."""
+    """Return (N, 3) m_k v_k and (N, 3) I_k·ω_k of the bodies, without rotors."""
     linear, spin = at.velocities(y)
     return at.masses[:, None] * linear, _turned(at.inertias, spin)
 
 
 def generalized_masses(at: Kinematics) -> Array:
-    """a_lp = Σ_k ( m_k v_klm v_kpm + I_kmn ω_klm ω_kpn ) (Chang & Huston 1995, eq. 30).
+    """Return a_lp = Σ_k ( m_k v_klm v_kpm + I_kmn ω_klm ω_kpn ) (Chang & Huston 1995, eq. 30).
 
     Rotors in joints add their armature to the diagonal.
 
@@ -135,7 +135,7 @@ def solve_for_speeds(
     impulse: Array,
     on_singular: Callable[[int], Exception],
 ) -> Array:
-    """Δy from the impact equations a_lp Δy_p = I_l (Chang & Huston 1995, eqs. 31-33)."""
+    """Return Δy from the impact equations a_lp Δy_p = I_l (Chang & Huston 1995, eqs. 31-33)."""
     return numbers.solve_symmetric(masses, impulse, on_singular)
 
 
@@ -148,7 +148,7 @@ def impulses_of_rows(
     names: Sequence[str],
     on_singular: Callable[[int], Exception],
 ) -> Array:
-    """Impulses λ of constraint rows that make matrix @ Δy come out as ``missing``.
+    """Return impulses λ of constraint rows that make matrix @ Δy come out as ``missing``.
 
     A a⁻¹ Aᵀ λ = missing. Rows may repeat each other: the shortest λ is given then.
 
@@ -168,7 +168,7 @@ def impulses_of_rows(
 def consistent_solution(
     numbers: Arithmetic, matrix: Array, right: Array, size: Any, names: Sequence[str]
 ) -> Array:
-    """The shortest λ with W λ = right, for a W that may have lost rank.
+    """Return the shortest λ with W λ = right, for a W that may have lost rank.
 
     Rows count as at odds where they leave more than √epsilon of ``size``.
 
@@ -191,7 +191,7 @@ def consistent_solution(
 
 
 def singular_at(speed_names: Sequence[str]) -> Callable[[int], Exception]:
-    """Makes the error for generalized masses that cannot be inverted."""
+    """Return the error for generalized masses that cannot be inverted."""
 
     def error(pivot: int) -> Exception:
         name = speed_names[pivot]
@@ -205,10 +205,10 @@ def singular_at(speed_names: Sequence[str]) -> Callable[[int], Exception]:
 
 
 def _on_speeds(partial: Array, vectors: Array) -> Array:
-    """Σ_k partial_klm vectors_km, (n,)."""
+    """Return Σ_k partial_klm vectors_km, (n,)."""
     return np.tensordot(partial, vectors, axes=([0, 2], [0, 1]))
 
 
 def _turned(inertias: Array, vectors: Array) -> Array:
-    """I_k·vector_k for each body, (N, 3)."""
+    """Return I_k·vector_k for each body, (N, 3)."""
     return (inertias @ vectors[:, :, None])[:, :, 0]

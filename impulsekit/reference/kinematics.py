@@ -53,7 +53,7 @@ class Kinematics:
         read_only(*vars(self).values())
 
     def velocities(self, y: Array) -> tuple[Array, Array]:
-        """Velocities of the mass centres v_k and angular velocities ω_k, (N, 3) each.
+        """Return velocities of the mass centres v_k and angular velocities ω_k, (N, 3) each.
 
         Chang & Huston 1995, eqs. (1) and (2).
         """
@@ -75,7 +75,7 @@ class PartialRates:
 
 
 def kinematics(tree: Tree, q: Array) -> Kinematics:
-    """ω_klm and v_klm at a configuration (Chang & Huston 1995, eqs. 1, 2, 5, 6).
+    """Return ω_klm and v_klm at a configuration (Chang & Huston 1995, eqs. 1, 2, 5, 6).
 
     Args:
         q: (nq,) as :meth:`Tree.configuration` returns it.
@@ -114,7 +114,7 @@ def kinematics(tree: Tree, q: Array) -> Kinematics:
 
 
 def partial_rates(tree: Tree, at: Kinematics, y: Array) -> PartialRates:
-    """ω̇_klm and v̇_klm, for accelerations (Chang & Huston 1995, eqs. 3, 4):
+    """Return ω̇_klm and v̇_klm, for accelerations (Chang & Huston 1995, eqs. 3, 4):
 
         α_k = (ω_klm ẏ_l + ω̇_klm y_l) n_0m,    a_k = (v_klm ẏ_l + v̇_klm y_l) n_0m.
 
@@ -151,7 +151,7 @@ def partial_rates(tree: Tree, at: Kinematics, y: Array) -> PartialRates:
 def freed_partials(
     tree: Tree, at: Kinematics, body: int, linear: Array, angular: Array
 ) -> tuple[Array, Array]:
-    """Partial velocities of the speeds that a freed joint gains.
+    """Return partial velocities of the speeds that a freed joint gains.
 
     Args:
         body: index of the body below the joint. It and all that hangs on it move as one.

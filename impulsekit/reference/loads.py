@@ -17,7 +17,7 @@ from impulsekit.reference.tree import WORLD, Tree
 
 
 def in_joints(tree: Tree, given: Mapping[str, Any] | None) -> dict[str, Array]:
-    """Forces inside each joint along its own speeds, by name: zeros unless given.
+    """Return forces inside each joint along its own speeds, by name: zeros unless given.
 
     A joint that mimics another may have an impulse or torque of its own as well.
     """
@@ -34,7 +34,7 @@ def in_joints(tree: Tree, given: Mapping[str, Any] | None) -> dict[str, Array]:
 
 
 def on_speeds(tree: Tree, own: Mapping[str, Array]) -> Array:
-    """Forces inside joints, on the generalized speeds: (n,)."""
+    """Return forces inside joints, on the generalized speeds: (n,)."""
     total = tree.arithmetic.zeros(tree.n)
     for body in tree.bodies:
         total[body.joint.speeds] += body.joint.multiplier * own[body.joint.name]
@@ -51,7 +51,8 @@ def active(
     joint_torques: Mapping[str, Any] | None,
     springs: Iterable[JointSpring | PointSpring],
 ) -> Array:
-    """(n,) F_l (eqs. 7-10) of all that acts; arguments as for ``KaneSystem.accelerations``."""
+    """Return (n,) F_l (eqs. 7-10) of all that acts; arguments as for
+    ``KaneSystem.accelerations``."""
     outside, couples = at_mass_centres(tree, at, forces)
     outside += at.masses[:, None] * vector(tree, gravity, "gravity")
     inside = in_joints(tree, joint_torques)
@@ -132,13 +133,13 @@ class PointSpring:
 
 
 def point_on(tree: Tree, at: Kinematics, body: int, point: Any, what: str) -> Array:
-    """World coordinates (3,) m of a point given in the frame of a body, or of the world."""
+    """Return world coordinates (3,) m of a point given in the frame of a body, or of the world."""
     own = vector(tree, point, what)
     return own if body == WORLD else at.origins[body] + at.rotations[body] @ own
 
 
 def at_mass_centres(tree: Tree, at: Kinematics, loads: Iterable[Load]) -> tuple[Array, Array]:
-    """The loads as one force F_k and one couple M_k per body, (N, 3) each, world axes.
+    """Return the loads as one force F_k and one couple M_k per body, (N, 3) each, world axes.
 
     A force F on a point at r from the mass centre is F on the mass centre and a couple r x F.
 
@@ -166,7 +167,7 @@ def at_mass_centres(tree: Tree, at: Kinematics, loads: Iterable[Load]) -> tuple[
 
 
 def vector(tree: Tree, values: Any, what: str) -> Array:
-    """A checked copy of three numbers."""
+    """Return a checked copy of three numbers."""
     checked = tree.arithmetic.finite_array(values, what)
     if checked.shape != (3,):
         raise ShapeError.of(what, (3,), checked.shape)
@@ -174,7 +175,7 @@ def vector(tree: Tree, values: Any, what: str) -> Array:
 
 
 def pull_of(spring: PointSpring, tree: Tree, at: Kinematics, y: Array) -> tuple[Array, Array]:
-    """Forces and couples of a spring between points on all bodies, (N, 3) each.
+    """Return forces and couples of a spring between points on all bodies, (N, 3) each.
 
     Raises:
         RangeError: its ends meet, so its pull has no direction.

@@ -17,7 +17,7 @@ __all__ = ["about_axis", "cross", "of_quaternion", "of_roll_pitch_yaw", "skew"]
 
 
 def skew(vector: Array, arithmetic: Arithmetic) -> Array:
-    """The matrix (3, 3) with ``skew(a) @ b = a x b``, hence ``b @ skew(a) = b x a``."""
+    """Return the matrix (3, 3) with ``skew(a) @ b = a x b``, hence ``b @ skew(a) = b x a``."""
     x, y, z = vector
     matrix = arithmetic.zeros(3, 3)
     matrix[0, 1], matrix[0, 2], matrix[1, 2] = -z, y, -x
@@ -26,7 +26,7 @@ def skew(vector: Array, arithmetic: Arithmetic) -> Array:
 
 
 def about_axis(axis: Array, cosine: Any, sine: Any, arithmetic: Arithmetic) -> Array:
-    """Rotation about a unit ``axis`` by the angle of this cosine and sine (Rodrigues).
+    """Return the rotation about a unit ``axis`` by the angle of this cosine and sine (Rodrigues).
 
     Example:
         >>> a = Arithmetic.double()
@@ -38,7 +38,8 @@ def about_axis(axis: Array, cosine: Any, sine: Any, arithmetic: Arithmetic) -> A
 
 
 def of_roll_pitch_yaw(angles: Array, arithmetic: Arithmetic) -> Array:
-    """URDF's rotation: roll about fixed x, then pitch about fixed y, then yaw about fixed z."""
+    """Return URDF's rotation: roll about fixed x, then pitch about fixed y, then yaw about fixed
+    z."""
     turned = arithmetic.eye(3)
     axes = arithmetic.eye(3)
     for axis, angle in zip(axes, angles, strict=True):
@@ -49,7 +50,7 @@ def of_roll_pitch_yaw(angles: Array, arithmetic: Arithmetic) -> Array:
 
 
 def of_quaternion(quaternion: Array, arithmetic: Arithmetic) -> Array:
-    """Rotation of a quaternion (x, y, z, w) of any length but zero."""
+    """Return the rotation of a quaternion (x, y, z, w) of any length but zero."""
     vector, scalar = quaternion[:3], quaternion[3]
     across = skew(vector, arithmetic)
     twice = 2 / (quaternion @ quaternion)
@@ -57,7 +58,7 @@ def of_quaternion(quaternion: Array, arithmetic: Arithmetic) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross product along the last axis; numpy's own wants numbers it knows."""
+    """Return the cross product along the last axis; numpy's own wants numbers it knows."""
     product = np.empty_like(a)
     product[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     product[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]

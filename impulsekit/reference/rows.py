@@ -48,13 +48,13 @@ class Rows:
 
     @classmethod
     def none(cls, tree: Tree) -> Rows:
-        """No row at all."""
+        """Return no row at all."""
         zeros, count = tree.arithmetic.zeros, len(tree.bodies)
         return cls(zeros(0, count, 3), zeros(0, count, 3), zeros(0, tree.n), zeros(0), ())
 
     @classmethod
     def stack(cls, tree: Tree, parts: Iterable[Rows]) -> Rows:
-        """The rows of all parts, one after the other."""
+        """Return the rows of all parts, one after the other."""
         all_parts = [cls.none(tree), *parts]
         return cls(
             np.concatenate([part.linear for part in all_parts]),
@@ -65,7 +65,7 @@ class Rows:
         )
 
     def matrix(self, arithmetic: Arithmetic, linear: Array, angular: Array) -> Array:
-        """The body part of the rows on speeds with these partial velocities, (r, d).
+        """Return the body part of the rows on speeds with these partial velocities, (r, d).
 
         Where the terms of an entry cancel to within the rounding of the partial
         velocities, the entry is zero: a row between two bodies that are rigidly joined
@@ -85,7 +85,7 @@ class Rows:
         return entries
 
     def size(self, matrix: Array, *motions: Array) -> Any:
-        """The largest velocity that occurs in the rows, before any terms cancel.
+        """Return the largest velocity that occurs in the rows, before any terms cancel.
 
         Args:
             matrix: (r, d) the rows on some speeds.
@@ -108,7 +108,7 @@ def point_velocity_rows(
     target: Any = None,
     name: str = "",
 ) -> Rows:
-    """Velocity of a point of ``link`` against a point of ``other``, along directions.
+    """Return velocity of a point of ``link`` against a point of ``other``, along directions.
 
     Args:
         link, other: links, or "world".
@@ -143,7 +143,7 @@ def angular_velocity_rows(
     target: Any = None,
     name: str = "",
 ) -> Rows:
-    """Angular velocity of ``link`` against ``other``; args as :func:`point_velocity_rows`."""
+    """Return the rows on the angular velocity of ``link`` against ``other``; args as there."""
     along, wanted = _directions(tree, directions, target)
     linear = tree.arithmetic.zeros(len(along), len(tree.bodies), 3)
     angular = tree.arithmetic.zeros(len(along), len(tree.bodies), 3)
@@ -155,7 +155,7 @@ def angular_velocity_rows(
 
 
 def speed_rows(tree: Tree, matrix: Any, target: Any = None, name: str = "row") -> Rows:
-    """Rows on the generalized speeds themselves: matrix (r, n) @ y = target (r,)."""
+    """Return the rows on the generalized speeds themselves: matrix (r, n) @ y = target (r,)."""
     checked = tree.arithmetic.finite_array(matrix, "matrix of constraint rows")
     if checked.ndim != 2 or checked.shape[1] != tree.n:
         rows = checked.shape[0] if checked.ndim else 1

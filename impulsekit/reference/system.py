@@ -39,7 +39,7 @@ class KaneSystem(Tree):
     """
 
     def kinematics(self, q: Any) -> Kinematics:
-        """ω_klm, v_klm and all else that depends on the configuration alone."""
+        """Return ω_klm, v_klm and all else that depends on the configuration alone."""
         return kinematics(self, self.configuration(q))
 
     @cached_property
@@ -49,13 +49,13 @@ class KaneSystem(Tree):
     # -- impact ------------------------------------------------------------------
 
     def generalized_masses(self, q: Any) -> Array:
-        """(n, n) a_lp (eq. 30)."""
+        """Return (n, n) a_lp (eq. 30)."""
         return closed(kane.generalized_masses(self.kinematics(q)))
 
     def generalized_impulse(
         self, q: Any, impulses: Iterable[Load] = (), joint_impulses: Mapping[str, Any] | None = None
     ) -> Array:
-        """(n,) I_l of known impulses (eq. 18); arguments are those of :meth:`impact`."""
+        """Return (n,) I_l of known impulses (eq. 18); arguments are those of :meth:`impact`."""
         at = self.kinematics(q)
         outside = kane.generalized_impulse(at, *loads.at_mass_centres(self, at, impulses))
         own = loads.in_joints(self, joint_impulses)
@@ -148,7 +148,7 @@ class KaneSystem(Tree):
         directions: Any = None,
         target: Any = None,
     ) -> Rows:
-        """Rows on the velocity of a point of ``link`` against one of ``other``.
+        """Return the rows on the velocity of a point of ``link`` against one of ``other``.
 
         See :func:`~impulsekit.reference.rows.point_velocity_rows`.
         """
@@ -166,7 +166,7 @@ class KaneSystem(Tree):
         joint_torques: Mapping[str, Any] | None = None,
         springs: Iterable[JointSpring | PointSpring] = (),
     ) -> Array:
-        """(n,) F_l (eqs. 7-10); arguments are those of :meth:`accelerations`."""
+        """Return (n,) F_l (eqs. 7-10); arguments are those of :meth:`accelerations`."""
         checked = self.configuration(q)
         at = kinematics(self, checked)
         speeds = self.speeds(y)
@@ -183,7 +183,7 @@ class KaneSystem(Tree):
         joint_torques: Mapping[str, Any] | None = None,
         springs: Iterable[JointSpring | PointSpring] = (),
     ) -> Array:
-        """(n,) ẏ from Kane's equations F_l + F*_l = 0 (Chang & Huston 1995, eq. 17).
+        """Return (n,) ẏ from Kane's equations F_l + F*_l = 0 (Chang & Huston 1995, eq. 17).
 
         Args:
             q: (nq,) configuration. y: (n,) generalized speeds.

@@ -76,7 +76,7 @@ class Tree:
     def combine(
         cls, placements: Mapping[str, tuple[Any, Any]] | None = None, /, **parts: Tree
     ) -> Self:
-        """Several trees in one world, names prefixed "part/", q and y stacked in order.
+        """Put several trees in one world, names prefixed "part/", q and y stacked in order.
 
         Args:
             placements: for some of the parts, translation (3,) in m and rotation (3, 3) of
@@ -113,7 +113,7 @@ class Tree:
         return {name: index for index, name in enumerate(self.joint_names)}
 
     def body_of_link(self, link: str) -> int:
-        """Index of the body called ``link``; WORLD for "world" where no link is called so."""
+        """Return the index of a link's body; WORLD for "world" where no link is called so."""
         if link in self._link_index:
             return self._link_index[link]
         if link == "world":
@@ -121,17 +121,17 @@ class Tree:
         raise UnknownNameError.among("link", link, self.link_names)
 
     def body_of_joint(self, joint: str) -> int:
-        """Index of the body below the joint."""
+        """Return the index of the body below the joint."""
         if joint not in self._joint_index:
             raise UnknownNameError.among("joint", joint, self.joint_names)
         return self._joint_index[joint]
 
     def joint(self, name: str) -> Joint:
-        """The joint of this name."""
+        """Return the joint of this name."""
         return self.bodies[self.body_of_joint(name)].joint
 
     def subtree(self, body: int) -> list[int]:
-        """Indices of a body and all that hang on it."""
+        """Return indices of a body and all that hang on it."""
         below = {body}
         for index in range(body + 1, len(self.bodies)):
             if self.bodies[index].parent in below:
@@ -141,7 +141,7 @@ class Tree:
     # -- states -----------------------------------------------------------------
 
     def neutral(self) -> Array:
-        """(nq,) coordinates with every joint at zero."""
+        """Return (nq,) coordinates with every joint at zero."""
         ones = (".cos", ".qw")
         return self.arithmetic.array(
             [1 if name.endswith(ones) else 0 for name in self._coordinate_suffixes]
@@ -157,7 +157,7 @@ class Tree:
         ]
 
     def configuration(self, q: Any) -> Array:
-        """A checked copy of q, (nq,), quaternions and cosine-sine pairs made unit exactly.
+        """Return a checked copy of q, (nq,), quaternions and cosine-sine pairs made unit exactly.
 
         Doubles are unit to 16 digits only. What they say is a direction, and that is taken
         to the precision at hand, so that rotations are orthogonal to the last digit.
@@ -187,7 +187,7 @@ class Tree:
         return checked
 
     def speeds(self, y: Any, what: str = "y") -> Array:
-        """A checked copy of generalized speeds, (n,)."""
+        """Return a checked copy of generalized speeds, (n,)."""
         return self._vector(y, what, self.n)
 
     def _vector(self, values: Any, what: str, size: int) -> Array:
@@ -200,7 +200,7 @@ class Tree:
 def _combined_bodies(
     parts: Mapping[str, Tree], placements: Mapping[str, tuple[Any, Any]] | None
 ) -> Bodies:
-    """The bodies of all parts; arguments and errors are those of ``Tree.combine``."""
+    """Return the bodies of all parts; arguments and errors are those of ``Tree.combine``."""
     if not parts:
         raise RangeError.of("number of parts", 0, "1 or more")
     wanted = dict(placements or {})

@@ -88,7 +88,7 @@ class StruckChain:
 def struck_chain(
     links: SupportsIndex, mass: Number = 1, length: Number = 1, impulse: Number = 1
 ) -> StruckChain:
-    """The free chain of ``links`` rods, struck at one end (Whittaker, p. 175).
+    """Solve the free chain of ``links`` rods, struck at one end (Whittaker, p. 175).
 
     Args:
         links: how many, at least 1.
@@ -116,7 +116,7 @@ def struck_chain(
 def struck_pendulum(
     links: SupportsIndex, mass: Number = 1, length: Number = 1, impulse: Number = 1
 ) -> StruckChain:
-    """The same chain with its far end on a fixed pin, struck at the free end.
+    """Solve the same chain with its far end on a fixed pin, struck at the free end.
 
     It hangs straight and at rest; gravity has no part in an impact. The arguments and
     the errors are those of :func:`struck_chain`. Source: Chang & Huston 1995, example 2.

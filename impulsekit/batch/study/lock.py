@@ -92,7 +92,7 @@ def lock_store(folder: pathlib.Path) -> Iterator[Callable[[], None]]:
 
 
 def _locked_by(folder: pathlib.Path) -> StoreLockedError:
-    """The error that names the owner of the lock, as far as its file does."""
+    """Return the error that names the owner of the lock, as far as its file does."""
     owner: Any = {}
     with contextlib.suppress(ValueError, OSError):
         owner = json.loads((folder / OWNER).read_bytes())

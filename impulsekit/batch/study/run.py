@@ -85,7 +85,7 @@ def run_study(
 
 
 def solved_chunk(study: Study, index: int, threads: int | None = None) -> dict[str, np.ndarray]:
-    """All arrays of a chunk: what was drawn, what came out."""
+    """Return all arrays of a chunk: what was drawn, what came out."""
     given = study.drawn(index)
     begin, end = study.rows(index)
     found = _impacts if study.motion is None else _motions
@@ -124,7 +124,7 @@ def _motions(study: Study, given: dict[str, Any], threads: int | None) -> dict[s
 
 @functools.lru_cache(maxsize=1)
 def _received(packed: bytes, fingerprint: str) -> Study:
-    """The study of a worker, which unpacks it only once."""
+    """Return the study of a worker, which unpacks it only once."""
     study: Study = pickle.loads(packed)
     if study.fingerprint != fingerprint:
         raise InputError(
@@ -141,7 +141,7 @@ def _sent_chunk(packed: bytes, fingerprint: str, index: int) -> dict[str, np.nda
 def _there(
     study: Study, todo: list[int], client: Any
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
-    """Chunks as the workers of a cluster have them ready; never many at a time."""
+    """Yield chunks as the workers of a cluster have them ready; never many at a time."""
     with MissingExtraError.unless("distributed", "study", "a study on a cluster"):
         from distributed import as_completed
     given = (pickle.dumps(study), study.fingerprint)

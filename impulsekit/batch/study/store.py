@@ -229,7 +229,7 @@ def _block(
     sizes: tuple[int, int, int],
     block_id: tuple[int, ...],
 ) -> np.ndarray:
-    """An array of some chunks; unwritten rows where there is no file of one.
+    """Return an array of some chunks; unwritten rows where there is no file of one.
 
     Args:
         sizes: rows in all, of a chunk, of a block.
@@ -350,7 +350,7 @@ def _record(folder: pathlib.Path) -> dict[str, Any]:
 
 
 def _libraries() -> tuple[Any, Any]:
-    """xarray, and the arrays of dask."""
+    """Return xarray, and the arrays of dask."""
     with MissingExtraError.unless("xarray", "study", "the store of a study"):
         import xarray
     with MissingExtraError.unless("dask", "study", "the store of a study"):

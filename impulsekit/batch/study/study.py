@@ -92,7 +92,7 @@ class Variation:
         self._check_coefficient(where)
 
     def _check_coefficient(self, where: str) -> None:
-        """A coefficient that is drawn has to stay in its range."""
+        """Check that a coefficient that is drawn stays in its range."""
         if self.what == "mass" and (self.low is None or self.low <= 0.0):
             raise RangeError.of(f"{where}: low", self.low, "above 0")
         if self.what not in ("restitution", "friction"):
@@ -103,7 +103,7 @@ class Variation:
             raise RangeError.of(f"{where}: high", self.high, "at most 1")
 
     def draw(self, rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-        """Numbers of this distribution."""
+        """Draw numbers of this distribution."""
         if self.distribution == "uniform":
             low, high = float(self.low or 0.0), float(self.high or 0.0)
             return rng.uniform(low, high, shape)
@@ -213,11 +213,11 @@ class Study(OneLine):
         return -(-self.samples // self.rows_of_chunk)
 
     def rows(self, index: int) -> tuple[int, int]:
-        """The first row of a chunk, and the one after its last."""
+        """Return the first row of a chunk, and the one after its last."""
         return index * self.rows_of_chunk, min((index + 1) * self.rows_of_chunk, self.samples)
 
     def drawn(self, index: int) -> dict[str, Any]:
-        """The arguments of ``solve_batch`` for a chunk: q, v, and what varies besides."""
+        """Return the arguments of ``solve_batch`` for a chunk: q, v, and what varies besides."""
         begin, end = self.rows(index)
         rows, scene = end - begin, self.scene
         key = np.array([self.seed, index], dtype=np.uint64)
@@ -263,7 +263,7 @@ class Study(OneLine):
         return tuple(dict.fromkeys(VARIED[one.what][0] for one in self.vary))
 
     def stored(self, name: str, given: dict[str, Any], rows: int) -> np.ndarray:
-        """An array of ``varied``, of the arguments of a chunk that ``drawn`` gave."""
+        """Return an array of ``varied``, of the arguments of a chunk that ``drawn`` gave."""
         if name in ("q", "v"):
             return given[name]
         if name in ("impulses", "masses"):
@@ -283,7 +283,7 @@ class Study(OneLine):
         return tuple(name for name in heavy_links(self.scene.robot) if name in named)
 
     def _stepped(self, steps: np.ndarray) -> np.ndarray:
-        """(rows, nq) the study's q, stepped along the degrees of freedom."""
+        """Return the (rows, nq) study's q, stepped along the degrees of freedom."""
         model = self.scene.robot.model
         if model.nq == model.nv:
             return self.q + steps

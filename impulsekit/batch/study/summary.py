@@ -123,7 +123,7 @@ def summarize(store: Any, *, worst: int = 3) -> StudySummary:
 
 
 def statuses_of(dataset: Any) -> dict[int, Status | MotionStatus]:
-    """By code: of motions where the rows are motions."""
+    """Return the statuses by code: of motions where the rows are motions."""
     names = json.loads(dataset.attrs.get("status", "{}"))
     kind: Any = MotionStatus if MotionStatus.FINISHED.name in names else Status
     return {one.code: one for one in kind}
@@ -135,7 +135,7 @@ def is_valid(status: Status | MotionStatus) -> bool:
 
 
 def _opened(store: Any) -> Any:
-    """The rows of whatever names a store.
+    """Open the rows of whatever names a store.
 
     Raises:
         InputError: nothing of a study.
@@ -150,7 +150,7 @@ def _opened(store: Any) -> Any:
 
 
 def sizes_of(variable: Any) -> tuple[str, np.ndarray]:
-    """A label and one number a row: the number itself, or the norm of several."""
+    """Return a label and one number a row: the number itself, or the norm of several."""
     name = str(variable.name)
     if variable.ndim == 1:
         return name, variable.values
