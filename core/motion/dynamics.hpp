@@ -49,6 +49,10 @@ struct MotionScene {
     std::vector<DryJoint> dry;
 };
 
+// What keeps still breaks away if it accelerates by more than this share of what it would without
+// contact forces.
+inline constexpr double kTorn = 1e-8;
+
 enum class Trouble { none, singular_mass, contradiction, rest_not_solved };
 
 class Dynamics {

@@ -222,6 +222,7 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
         return false;
     }
     std::copy(impact.after.begin(), impact.after.end(), y.begin() + nq());
+    stepper_.restart();
     return come_to_rest(points, true);
 }
 

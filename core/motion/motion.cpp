@@ -25,8 +25,6 @@ constexpr double kNowhere = 1e-10;
 constexpr double kFarAhead = 1e-2, kHopeless = 100.0;
 // Times of events change by less than this part of a step when they are sharpened.
 constexpr double kSharpened = 1e-3;
-// Slip [m/s] whose direction friction turns within some 1e-4 s.
-constexpr double kSlowSlip = 1e-3;
 // Speeds [m/s] whose squares may overflow.
 constexpr double kHuge = 1e100;
 // A motion begins with steps of this part of it.
@@ -159,8 +157,9 @@ void Motion::control(const double* torques) {
     if (ended != Ended::not_yet) return;
     rest_.controls.assign(torques, torques + nv());
     smooth_since_ = t;
-    restart();
-    if (ended == Ended::not_yet && (rest_.acts() || dynamics_.holding.rows() > 0)) keep_up();
+    if (!rest_.acts() && dynamics_.holding.rows() == 0) return restart();
+    stepper_.restart();
+    keep_up();
 }
 
 void Motion::keep(const Step& step) {
@@ -288,6 +287,7 @@ bool Motion::advance(double until) {
         longest = shorter;
     }
     hop_ = 0.0;
+    const int evaluations = dynamics_.evaluations;
     const Event event = first_event(step);
     if (event.kind != Event::nothing) {
         Step cut;
@@ -307,7 +307,8 @@ bool Motion::advance(double until) {
         // Points that were let go of within trials of the step are looked at again.
         keep(step);
         t = step.end;
-        if (rest_.acts() || dynamics_.holding.rows() > 0) keep_up();
+        if (rest_.acts() || dynamics_.holding.rows() > 0)
+            keep_up(stepper_.ended_last() && dynamics_.evaluations == evaluations);
     }
     if (ended != Ended::not_yet) return false;
     still_ = t == looked_t_ ? still_ + 1 : 0;
@@ -317,29 +318,13 @@ bool Motion::advance(double until) {
         detail = "events follow each other at one time";
     } else if (stepper_.steps - counted_ >= settings_.max_steps) {
         ended = Ended::too_many_steps;
-        detail = "max_steps is " + std::to_string(settings_.max_steps) + slow_slip();
+        detail = "max_steps is " + std::to_string(settings_.max_steps);
     } else if (stepper_.steps - looked_steps_ >= kManySteps) {
         refuse_hopeless(stepper_.steps - looked_steps_);
         looked_steps_ = stepper_.steps;
         still_since_ = t;
     }
     return ended == Ended::not_yet;
-}
-
-// What to say of a motion that needs too many steps for a slip so slow that friction turns it fast.
-std::string Motion::slow_slip() const {
-    double slowest = INFINITY;
-    for (std::size_t i = 0; i < rest_.points.size(); ++i)
-        if (rest_.points[i].slip.moves && dynamics_.slip.size() >= 3 * (i + 1))
-            slowest =
-                std::min(slowest, std::hypot(dynamics_.slip[3 * i], dynamics_.slip[3 * i + 1]));
-    if (!(slowest < kSlowSlip) || settings_.method != Method::dop853) return "";
-    char told[200];
-    std::snprintf(told, sizeof told,
-                  "; a point slides at %.1e m/s: friction turns so slow a slip too fast for long "
-                  "steps, but for those of method=\"radau\"",
-                  slowest);
-    return told;
 }
 
 // Whether the last steps lead nowhere, or speeds need steps too short to reach the end.

@@ -119,7 +119,6 @@ class Motion {
     void keep(const Step& step);
     void restart();
     void begin_stretch();
-    std::string slow_slip() const;
     bool leap(double until);
     Step learnt(double start, double length) const;
     double off_behind(const Step& leap);
@@ -158,7 +157,7 @@ class Motion {
     bool come_to_rest(const std::vector<RestPoint>& candidates, bool lay);
     std::vector<RestPoint> hops(const std::vector<RestPoint>& parted);
     bool settle(bool fresh);
-    bool keep_up();
+    bool keep_up(bool is_known = false);
     bool take_out_drift(bool all_normals);
     bool update_slides();
     void release();
@@ -187,7 +186,6 @@ class Motion {
     double still_since_ = 0.0;
     int still_ = 0, looked_steps_ = 0, counted_ = 0;
     double looked_t_ = 0.0;
-    bool fresh_rate_ = false;
 };
 
 }  // namespace impulsekit

@@ -11,9 +11,6 @@ namespace {
 
 // A resting point that does not push and opens faster than this has lifted [m/s].
 constexpr double kLifted = 0.5e-8;
-// What keeps still breaks away if it moves with more than this share of the accelerations without
-// contact forces.
-constexpr double kTorn = 1e-8;
 // What a pull held parts with more than this share; how far it may waver then [m].
 constexpr double kParted = 1e-10, kGrazed = 1e-13;
 // Rounding of places, of their size.
@@ -286,8 +283,9 @@ bool Motion::update_slides() {
     return changed;
 }
 
-// At the end of a step: what rests does from here on; drift of what holds is taken out.
-bool Motion::keep_up() {
+// At the end of a step: what rests does from here on; drift of what holds is taken out. `is_known`:
+// whether the last evaluation was here.
+bool Motion::keep_up(bool is_known) {
     trouble_ = Trouble::none;
     const auto look = [&] {
         if (rate(t, y.data(), rate_.data())) return true;
@@ -295,7 +293,7 @@ bool Motion::keep_up() {
         return fail();
     };
     const auto jam = [&] { return ended == Ended::not_yet && (without_collision() || fail()); };
-    if (!look()) return jam();
+    if (!is_known && !look()) return jam();
     const std::size_t before = rest_.points.size();
     if (before > 0) release();
     if (rest_.points.size() != before && !look()) return jam();

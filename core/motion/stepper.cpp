@@ -8,10 +8,12 @@
 namespace impulsekit {
 namespace {
 
-// Steps of h|λ| above this are as long as stability lets them be; after so many of them the motion
-// is stiff, and so many shorter ones forget them (Hairer, Norsett & Wanner 1993, section II.10).
-constexpr double kStable = 6.1;
+// After so many steps as long as stability lets them be the motion is stiff, and so many shorter
+// ones forget them (Hairer, Norsett & Wanner 1993, section II.10).
 constexpr int kStiff = 15, kMild = 6;
+// Steps of order 5 go as far as this part of those of order 8, unless it was found otherwise; by so
+// much more after each of these.
+constexpr double kReach = 0.3, kForget = 1.5;
 
 }  // namespace
 
@@ -98,9 +100,7 @@ double Stepper::error(const double* y, const double* end, double h) const {
     namespace d = dop853;
     double five = 0.0, three = 0.0;
     for (int j = 0; j < n_; ++j) {
-        const double size =
-            j < places_ ? std::abs(end[j] - y[j]) : std::max(std::abs(y[j]), std::abs(end[j]));
-        const double scale = accuracy_.atol + accuracy_.rtol * size;
+        const double scale = allowed(j, y[j], end[j]);
         double e5 = 0.0, e3 = 0.0;
         for (int i = 0; i <= d::stages; ++i) {
             e5 += d::error5[i] * k_[i * n_ + j];
@@ -130,12 +130,25 @@ void Stepper::note_stiffness(double h) {
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || stiff_ >= kStiff;
+    light_ = false;
     if (implicit_) return implicit(f, settle, t, y, rate, longest, found);
     if (method_ != Method::dop853) return fixed(f, settle, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     double h = std::min(next, longest);
     // What is left behind a step is no crumb.
     if (h < longest && 1.01 * h >= longest) h = longest;
+    if (longest < reach_ * next && longest > shortest_step(t)) {
+        const double size = light(f, settle, t, y, longest, found);
+        const double factor = std::min(kMost, std::max(kLeast, kSafety * std::pow(size, -0.2)));
+        reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
+        light_ = size <= 1.0;
+        if (light_) {
+            std::copy(end_.begin(), end_.end(), y);
+            std::copy(k_.begin() + 6 * n_, k_.begin() + 7 * n_, rate);
+            ++steps;
+            return true;
+        }
+    }
     bool failed = false;
     for (int trial = 0; trial < kMostTrials; ++trial) {
         if (!(h > shortest_step(t))) return false;
@@ -149,8 +162,9 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
         if (size <= 1.0 && dense(f, t, y, h, end_.data(), found)) {
             double factor = size > 0.0 ? kSafety * std::pow(size, -1.0 / 8.0) : kMost;
             factor = std::min(failed ? 1.0 : kMost, std::max(kLeast, factor));
+            reach_ = std::min(kReach, std::max(0.1 * kReach, kForget * reach_));
             // A step that was cut short by what lies ahead says little of the next.
-            next = h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
+            next = !failed && h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
             std::copy(end_.begin(), end_.end(), y);
             std::copy(k_.begin() + dop853::stages * n_, k_.begin() + (dop853::stages + 1) * n_,
                       rate);
@@ -170,7 +184,7 @@ bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& foun
     if (implicit_) {
         std::vector<double> Z(3 * n_);
         if (!f(whole.begin, y, k_.data())) return false;
-        differentiate(f, whole.begin, y, k_.data(), J_.data());
+        differentiate(f, whole.begin, y, k_.data());
         if (!collocate(f, whole.begin, y, h, Z.data())) return false;
         keep_cubic(whole.begin, y, h, Z.data(), found);
         return true;
@@ -180,6 +194,9 @@ bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& foun
         found.end = end;
         return true;
     }
+    if (light_)
+        return f(whole.begin, y, k_.data()) &&
+               light(f, [](double*) {}, whole.begin, y, h, found) < INFINITY;
     if (!f(whole.begin, y, k_.data()) || !stages(f, whole.begin, y, h, end_.data())) return false;
     if (!f(end, end_.data(), k_.data() + dop853::stages * n_)) return false;
     return dense(f, whole.begin, y, h, end_.data(), found);

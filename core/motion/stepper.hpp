@@ -1,6 +1,6 @@
 // Steps of y = (q, v) by the method of Dormand and Prince of order 8, with dense output, which
-// leaves stiff stretches to Radau's of order 5; by that alone; or steps of fixed length of lower
-// order.
+// leaves steps that are cut short to that of order 5, and stiff stretches to Radau's of order 5; by
+// Radau's alone; or steps of fixed length of lower order.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,8 @@ namespace impulsekit {
 // trials, or as short as rounding of the time, there is none.
 inline constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
 inline constexpr int kMostTrials = 60;
+// Explicit steps are stable up to this h|λ|.
+inline constexpr double kStable = 6.1;
 inline double shortest_step(double t) { return 1e-15 * std::max(std::abs(t), 1e-3); }
 
 // One step, and y within it.
@@ -48,7 +50,13 @@ class Stepper {
     bool step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
               double* rate, double longest, Step& found);
     // Behind an event: what was stiff may be no more.
-    void restart() { stiff_ = mild_ = 0; }
+    void restart() {
+        stiff_ = mild_ = 0;
+        keeps_J_ = false;
+        last_ = Step();
+    }
+    // Whether the last rate of the last step was that of its end.
+    bool ended_last() const { return implicit_ || light_; }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 
@@ -60,11 +68,20 @@ class Stepper {
     bool stages(const Rate& f, double t, const double* y, double h, double* end);
     bool dense(const Rate& f, double t, const double* y, double h, const double* end, Step& found);
     double error(const double* y, const double* end, double h) const;
+    // What an error may be, of an entry that a step changes.
+    double allowed(int entry, double before, double after) const {
+        const double size = entry < places_ ? std::abs(after - before)
+                                            : std::max(std::abs(before), std::abs(after));
+        return accuracy_.atol + accuracy_.rtol * size;
+    }
+    double light(const Rate& f, const std::function<void(double*)>& settle, double t,
+                 const double* y, double h, Step& found);
     void note_stiffness(double h);
     bool implicit(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                   double* rate, double longest, Step& found);
     bool collocate(const Rate& f, double t, const double* y, double h, double* Z);
-    void differentiate(const Rate& f, double t, const double* y, const double* rate, double* J);
+    void differentiate(const Rate& f, double t, const double* y, const double* rate);
+    void foresee(double t, double h, double* Z) const;
     void keep_cubic(double t, const double* y, double h, const double* Z, Step& found) const;
     bool fixed(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                double* rate, double longest, Step& found);
@@ -75,6 +92,11 @@ class Stepper {
     double fixed_length_;
     int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
     bool implicit_ = false;     // whether the last step was Radau's
+    bool light_ = false;        // whether it was of order 5
+    double reach_ = 0.0;        // how far steps of order 5 go beside those of order 8
+    bool keeps_J_ = false;      // whether J_ will do for another step
+    double fastest_ = 0.0;      // the largest |λ| of J_ [1/s]
+    Step last_;                 // the last implicit step
     std::vector<double> k_, trial_, end_, J_;
 };
 

@@ -145,10 +145,13 @@ class Simulation:
             RangeError, NotFiniteError: no time, or one in the past.
             SolveError: the motion cannot be followed so far; ``t`` is where it ended.
         """
-        t, core = self._checked(t), self._obeying()
+        t = self._checked(t)
+        # Torques that are set at each step will change again at its end.
+        horizon = t if self.controls.changed else self._horizon(t)
+        core = self._obeying()
         if core.t < t:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                core.run(t, self._horizon(t), None, BETWEEN_LOOKS)
+                core.run(t, horizon, None, BETWEEN_LOOKS)
             self._stop_at(t)
         self._t = t
         return self

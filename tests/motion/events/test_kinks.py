@@ -43,7 +43,7 @@ def test_what_comes_to_rest_at_a_kink_rests_there():
         ik.JointSpring("z00", stiffness=20.0),
     ]
     scene = ik.Scene(robot, forces=springs, gravity=NOWHERE)
-    motion = ik.simulate(scene, [0.05], [1.0], duration=30.0)
+    motion = ik.simulate(scene, [0.05], [1.0], duration=30.0, accuracy="high")
     assert motion.status.finished
     np.testing.assert_allclose([motion.q[-1, 0], motion.v[-1, 0]], 0.0, atol=1e-11)
 

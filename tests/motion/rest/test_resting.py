@@ -103,7 +103,7 @@ def test_slow_slip_at_the_start_is_kept():
     np.testing.assert_allclose(motion.q[-1, 0], slip, rtol=1e-6)
 
 
-def test_very_slow_slip_says_that_radau_helps():
+def test_very_slow_slip_takes_few_steps():
     # Yaw of a box that slides is damped at a rate of some 15 / slip.
     box, mu = ik.Robot.from_urdf(MODELS / "box.urdf", root="freeflyer"), 0.5
     corners = [
@@ -114,8 +114,6 @@ def test_very_slow_slip_says_that_radau_helps():
     pull = [mu * box.mass * GRAVITY * (1 + 1e-4), 0, 0]
     scene = ik.Scene(box, contacts=corners, forces=[ik.AppliedForce("box", pull, at=[0, 0, -0.05])])
     q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
-    stopped = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60, accuracy="high")
-    assert stopped.status is ik.MotionStatus.TOO_MANY_STEPS
-    assert 'method="radau"' in stopped.detail
-    motion = ik.simulate(scene, q, box.velocity(), duration=0.2, method="radau")
+    motion = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60, accuracy="high")
+    assert motion.status.finished, motion.detail
     np.testing.assert_allclose(motion.v[-1, 0], 0.2 * mu * GRAVITY * 1e-4, rtol=1e-4)
