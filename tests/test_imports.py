@@ -12,7 +12,7 @@ scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
 solve(scene, robot.neutral(), robot.velocity()).dv
 """
 SCENE_FILES = {"pydantic", "tomli_w"}
-LATER = {"scipy", "meshcat", "rich", "click", "matplotlib", "trimesh", "tqdm"}
+LATER = {"scipy", "meshcat", "yourdfpy", "rich", "click", "matplotlib", "trimesh", "tqdm"}
 
 
 def loaded_by(code):

@@ -31,7 +31,7 @@ def test_the_conda_recipe_needs_what_the_wheel_needs():
     recipe = (ROOT / ".ci/conda/meta.yaml").read_text()
     run = recipe.split("  run:\n")[1].split("\n\n")[0]
     listed = {line.strip("- ").split(" ", 1)[0]: line for line in run.splitlines()}
-    renamed = {"pin": "pinocchio", "meshcat": "meshcat-python", "trimesh[easy]": "trimesh"}
+    renamed = {"pin": "pinocchio", "meshcat": "meshcat-python"}
     for need in PROJECT["dependencies"]:
         name, bound = need.split(">=")
         line = listed.pop(renamed.get(name, name))

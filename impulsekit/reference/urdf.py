@@ -1,10 +1,12 @@
 """From a URDF to bodies, numbered depth first.
 
-Numbers are taken from their decimal text, so that each precision makes of them what it needs.
+yourdfpy reads how links and joints form a tree. It makes doubles of the numbers, which are therefore
+taken from their decimal text, so that each precision makes of them what it needs.
 """
 
 from __future__ import annotations
 
+import io
 import os
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
@@ -79,11 +81,12 @@ class _Reader:
             raise self._error("robot", "there is no link in it")
         for name, joint in self.joints.items():
             self._check_joint(name, joint)
+        self.read_joints = self._read_by_yourdfpy(robot)
         # By parent, in alphabetical order: urdfdom keeps joints in a map by name, so programs built
         # on it, Pinocchio among them, walk down the tree in this order.
         self.below: dict[str, list[str]] = {}
         for name in sorted(self.joints, key=str.encode):
-            self.below.setdefault(_end(self.joints[name], "parent"), []).append(name)
+            self.below.setdefault(self.read_joints[name].parent, []).append(name)
 
     def read(self, root_kind: str) -> Bodies:
         """Return the bodies below a root joint of a kind."""
@@ -96,10 +99,27 @@ class _Reader:
             index = len(self.bodies)
             self.bodies.append(self._body(link, parent, self._joint(name, element)))
             for below in reversed(self.below.get(link, [])):
-                joint = self.joints[below]
-                ahead.append((below, joint, _end(joint, "child"), index))
+                child = self.read_joints[below].child
+                ahead.append((below, self.joints[below], child, index))
         bodies = [replace(body, joint=self._following(body.joint)) for body in self.bodies]
         return Bodies(tuple(bodies), tuple(self.speed_names), tuple(self.coordinate_names))
+
+    def _read_by_yourdfpy(self, robot: Element) -> dict[str, Any]:
+        """Return yourdfpy's joints by name: kinds, ends, and the joints that they follow."""
+        # Imported here: it brings trimesh along, which takes a second.
+        import yourdfpy
+
+        plain = ElementTree.Element("robot", name=robot.get("name", "robot"))
+        # Shapes, colours and controllers are none of dynamics' business.
+        plain.extend(ElementTree.Element("link", name=name) for name in self.links)
+        plain.extend(self.joints.values())
+        try:
+            read = yourdfpy.URDF.load(
+                io.BytesIO(ElementTree.tostring(plain)), build_scene_graph=False, load_meshes=False
+            )
+        except Exception as fault:  # yourdfpy lets AttributeError and ValueError through
+            raise self._error("robot", f"yourdfpy cannot read it: {fault}") from fault
+        return {joint.name: joint for joint in read.robot.joints}
 
     def _by_name(self, robot: Element, tag: str) -> dict[str, Element]:
         found: dict[str, Element] = {}
@@ -128,23 +148,20 @@ class _Reader:
     def _root(self) -> str:
         """Return the one link that is no joint's child; all others hang on it."""
         above: dict[str, str] = {}
-        for name, joint in self.joints.items():
-            child = _end(joint, "child")
-            if child in above:
+        for name, joint in self.read_joints.items():
+            if joint.child in above:
                 raise self._error(
-                    f'link "{child}"',
-                    f'a loop: it is the child of two joints, "{above[child]}" and "{name}"; leave '
-                    "one out and close it with constraint rows",
+                    f'link "{joint.child}"',
+                    f'a loop: it is the child of two joints, "{above[joint.child]}" and "{name}"; '
+                    "leave one out and close it with constraint rows",
                 )
-            above[child] = name
+            above[joint.child] = name
         roots = [name for name in self.links if name not in above]
         if len(roots) > 1:
             raise self._error(f'link "{roots[1]}"', f'two roots, "{roots[0]}" is the other')
         reached, ahead = set(roots), list(roots)
         while ahead:
-            children = [
-                _end(self.joints[name], "child") for name in self.below.get(ahead.pop(), [])
-            ]
+            children = [self.read_joints[name].child for name in self.below.get(ahead.pop(), [])]
             reached.update(children)
             ahead += children
         astray = [name for name in self.links if name not in reached]
