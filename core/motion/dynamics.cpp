@@ -279,8 +279,7 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.joints = rows_ - 3 * (n + k);
     double *reach = scratch().take(n + 2 * k), *way = scratch().take(2 * (n + 2 * k)),
            *bound = scratch().take(p.joints), *pull = scratch().take(n);
-    char *pressed = reinterpret_cast<char*>(scratch().take(n)),
-         *starts = reinterpret_cast<char*>(scratch().take(n));
+    char* pressed = reinterpret_cast<char*>(scratch().take(n));
     size = 0.0;
     for (int i = 0; i < n; ++i) {
         const RestPoint& point = rest.points[i];
@@ -289,11 +288,10 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
             slip[3 * i + j] = dot(J_.data() + (3 * i + j) * nv, velocity_, nv);
         pressed[i] = point.pressed;
         reach[i] = static_friction(entry);
-        if (point.slip.moves) {
+        if (point.slip.moves && !point.slip.begins()) {
             const double speed = std::hypot(slip[3 * i], slip[3 * i + 1]);
             reach[i] = sliding_friction(entry, speed);
             along_way(&slip[3 * i], speed, slow, point.slip, way + 2 * i);
-            starts[i] = speed <= slow && !has_drop(entry);
         }
         if (!scene.pulls.empty()) pull[i] = scene.pulls[entry];
     }
@@ -326,24 +324,9 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.reach = reach;
     p.turning_of = turning_points.data();
     p.bound = bound;
-    double *force = scratch().take(rows_), *rates = scratch().take(rows_),
-           *starting = scratch().take(2 * (n + 2 * k));
-    p.way = starting;
-    // Slip that has just begun has the direction of its acceleration: friction turns it there
-    // within nanoseconds. Where it would not grow it has the direction that it came with.
-    std::copy(way, way + 2 * (n + 2 * k), starting);
-    for (int i = 0; i < n; ++i)
-        if (starts[i]) starting[2 * i] = starting[2 * i + 1] = 0.0;
-    bool all_start = true;
+    p.way = way;
+    double *force = scratch().take(rows_), *rates = scratch().take(rows_);
     if (!solve_rest(p, pressed, force, rates)) return Trouble::rest_not_solved;
-    for (int i = 0; i < n; ++i) {
-        const double* s = slip.data() + 3 * i;
-        const double grows = s[0] * rates[3 * i] + s[1] * rates[3 * i + 1];
-        if (!starts[i] || grows > kTorn * size * std::hypot(s[0], s[1])) continue;
-        std::copy(way + 2 * i, way + 2 * i + 2, starting + 2 * i);
-        all_start = false;
-    }
-    if (!all_start && !solve_rest(p, pressed, force, rates)) return Trouble::rest_not_solved;
     for (int i = 0; i < n; ++i) {
         rest.points[i].pressed = pressed[i];
         force[3 * i + 2] -= pull[i];

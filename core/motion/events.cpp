@@ -353,7 +353,7 @@ bool Motion::happen(const Event& event, const Step&) {
             dynamics_.touching.rows(dynamics_.tree, point, y.data(), v, J.data(),
                                     turns ? turning.data() : nullptr, nullptr, nullptr);
             const auto stop = [&](Slide& slide, const double* row, int size) {
-                if (!slide.moves) return;
+                if (!slide.moves || slide.begins()) return;
                 const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
                              speed = std::hypot(a, b);
                 if (slide.way[0] * a + slide.way[1] * b > none) return;

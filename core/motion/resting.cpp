@@ -243,35 +243,38 @@ bool Motion::update_slides() {
     bool changed = false;
     const std::size_t n = rest_.points.size();
     if (dynamics_.rate.size() != 3 * n) return false;
+    // `smooth`: whether friction does not fall where it begins to slide.
     const auto update = [&](Slide& slide, const double* speed, const double* rate, int size,
-                            double none, bool loaded) {
+                            double none, bool loaded, bool smooth) {
         const double length = size == 2 ? std::hypot(speed[0], speed[1]) : std::abs(speed[0]);
         const double torn = size == 2 ? std::hypot(rate[0], rate[1]) : std::abs(rate[0]);
-        const double* along = nullptr;
-        double by = 0.0;
-        if (slide.moves && length > none)
-            along = speed, by = length;
-        else if (!slide.moves && loaded && torn > kTorn * dynamics_.size)
-            along = rate, by = torn;
-        if (!along) return;
-        changed = changed || !slide.moves;
-        slide.moves = true;
-        for (int j = 0; j < size; ++j) slide.way[j] = along[j] / by;
+        const bool tears = torn > kTorn * dynamics_.size;
+        if (slide.begins() && !tears) {
+            slide = Slide();
+            changed = true;
+        } else if (slide.moves && length > (slide.begins() ? dynamics_.slow : none)) {
+            for (int j = 0; j < size; ++j) slide.way[j] = speed[j] / length;
+        } else if (!slide.moves && loaded && tears) {
+            slide.moves = changed = true;
+            for (int j = 0; j < size && !smooth; ++j) slide.way[j] = rate[j] / torn;
+        }
     };
     std::size_t next = 0;
     for (std::size_t i = 0; i < n; ++i) {
         RestPoint& point = rest_.points[i];
         const Gap& gap = dynamics_.touching.gaps()[point.gap];
-        if (dynamics_.static_friction(gap.entry) > 0.0 || dynamics_.has_drop(gap.entry))
+        const bool drops = dynamics_.has_drop(gap.entry);
+        if (dynamics_.static_friction(gap.entry) > 0.0 || drops)
             update(point.slip, dynamics_.slip.data() + 3 * i, dynamics_.rate.data() + 3 * i, 2,
-                   slow_, point.pressed);
+                   slow_, point.pressed, !drops);
         if (!gap.turns) continue;
         const ContactCoefficients& own = scene_->law.contacts[gap.entry];
         const double *speed = dynamics_.turning.data() + 3 * next,
                      *rate = dynamics_.turn_rate.data() + 3 * next;
-        if (own.rolling > 0.0) update(point.roll, speed, rate, 2, kNoTurn * 1e2, point.pressed);
+        if (own.rolling > 0.0)
+            update(point.roll, speed, rate, 2, kNoTurn * 1e2, point.pressed, false);
         if (own.torsion > 0.0)
-            update(point.spin, speed + 2, rate + 2, 1, kNoTurn * 1e2, point.pressed);
+            update(point.spin, speed + 2, rate + 2, 1, kNoTurn * 1e2, point.pressed, false);
         ++next;
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j)

@@ -16,6 +16,10 @@ namespace impulsekit {
 struct Slide {
     bool moves = false;
     double way[2] = {};  // unit vector in the tangents; of a spin its sign
+
+    // Whether slip has just begun: it has no way yet but that of its acceleration, to which
+    // friction turns it within nanoseconds.
+    bool begins() const { return moves && way[0] == 0.0 && way[1] == 0.0; }
 };
 
 // A point that rests.
