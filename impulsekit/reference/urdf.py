@@ -1,7 +1,7 @@
 """From a URDF to bodies, numbered depth first.
 
-yourdfpy reads how links and joints form a tree. It makes doubles of the numbers, which are therefore
-taken from their decimal text, so that each precision makes of them what it needs.
+yourdfpy reads how links and joints form a tree. It makes doubles of the numbers, which are
+therefore taken from their decimal text, so that each precision makes of them what it needs.
 """
 
 from __future__ import annotations
