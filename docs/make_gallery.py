@@ -63,12 +63,12 @@ CAMERAS = {"stopped_door.toml": "back", "stopped_door.py": "back"}
 
 
 def name_of(file: str) -> str:
-    """The name of an example's page."""
+    """Return the name of an example's page."""
     return file.removesuffix(".toml").replace(".py", "_py")
 
 
 def first_words(path: Path) -> str:
-    """The sentences that an example begins with."""
+    """Return the sentences that an example begins with."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".py":
         return re.match(r'"""(.*?)(?:\n\n|""")', text, re.S)[1].replace("\n", " ").strip()
@@ -107,25 +107,25 @@ def run_example(file: str) -> float:
 
 
 def _solved(path: Path) -> tuple[Any, Any]:
-    """A scene file as the command treats it: what it shows, and its points."""
+    """Run a scene file by the command; gives what the command computed, and the file's points."""
     import impulsekit as ik
+    from impulsekit import impact, motion, scenefile
     from impulsekit.cli import main
-    from impulsekit.scene.motion import MotionSettings
 
     file, command = ik.load_scene(path), ["solve"]
-    settings = file.motion
-    if path.name in DURATIONS:
-        settings = MotionSettings(DURATIONS[path.name])
-    if settings is not None:
-        command = ["simulate", "--duration", str(settings.duration), "--quiet"]
+    duration = file.motion.duration if file.motion else DURATIONS.get(path.name)
+    if duration is not None:
+        command = ["simulate", "--duration", str(duration), "--quiet"]
+    scenefile.load_scene = lambda _: file
+    seen: list[Any] = []
+    _note(seen, impact, "solve")
+    _note(seen, motion, "simulate")
     main([*command, str(path)], standalone_mode=False)
-    if settings is None:
-        return ik.solve(file.scene, file.q, file.v), file.points
-    return ik.simulate(file.scene, file.q, file.v, settings=settings), ()
+    return seen[0], file.points if duration is None else ()
 
 
 def _script(path: Path) -> tuple[Any, Any]:
-    """A script run: its last motion, the middle one of its impacts, or what stands for it."""
+    """Run a script; gives its last motion, the middle one of its impacts, or a stand-in."""
     from stand_ins import STAND_INS
 
     import impulsekit as ik
@@ -133,12 +133,9 @@ def _script(path: Path) -> tuple[Any, Any]:
 
     impacts: list[Any] = []
     motions: list[Any] = []
-
-    def noted(function: Callable[..., Any], seen: list[Any]) -> Callable[..., Any]:
-        return lambda *args, **options: seen.append(function(*args, **options)) or seen[-1]
-
-    ik.solve, ik.simulate = noted(ik.solve, impacts), noted(ik.simulate, motions)
-    ImpactSolver.solve = noted(ImpactSolver.solve, impacts)
+    _note(impacts, ik, "solve")
+    _note(impacts, ImpactSolver, "solve")
+    _note(motions, ik, "simulate")
     picture = [f"{GENERATED / 'gallery' / name_of(path.name)}_drawn.png"]
     sys.argv = [str(path), *(picture if path.name.startswith("draw_") else [])]
     names = runpy.run_path(str(path), run_name="__main__")
@@ -149,8 +146,21 @@ def _script(path: Path) -> tuple[Any, Any]:
     return (motions[-1] if motions else impacts[len(impacts) // 2]), ()
 
 
+def _note(seen: list[Any], home: Any, name: str) -> None:
+    """Replace a function by one whose results are noted."""
+    function = getattr(home, name)
+
+    def noted(*args: Any, **options: Any) -> Any:
+        seen.append(function(*args, **options))
+        return seen[-1]
+
+    setattr(home, name, noted)
+
+
 def made_examples(files: list[str]) -> Iterator[tuple[str, float]]:
     """Run examples in processes of their own; gives each when it is done, with its seconds."""
+    import trimesh.exchange.dae  # noqa: F401
+
     import impulsekit.cli  # noqa: F401
     from impulsekit import load_scene, plots, replay, simulate, solve  # noqa: F401
 
@@ -183,7 +193,7 @@ def draw_picture(tab: Any, name: str) -> None:
 
 
 def page_of(file: str) -> str:
-    """The page of an example that has been run."""
+    """Return the page of an example that has been run."""
     name, path = name_of(file), EXAMPLES / file
     place = GENERATED / "gallery" / name
     text = Path(f"{place}.txt").read_text(encoding="utf-8").rstrip()
@@ -204,7 +214,7 @@ def page_of(file: str) -> str:
 
 
 def list_of_examples() -> str:
-    """The gallery's first page: thumbnails by subject."""
+    """Return the gallery's first page: thumbnails by subject."""
     made = ["# Gallery\n", WORDS]
     for title, files in GROUPS.items():
         made += [f"## {title}\n", "::::{grid} 2 2 3 3", ":gutter: 2\n"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import re
 import time
 from pathlib import Path
@@ -68,7 +69,7 @@ MODULES = (
 
 
 def public_names() -> dict[int, tuple[str, Any]]:
-    """Every public object by its id: the name to call it by, and the object."""
+    """Return every public object by its id: the name to call it by, and the object."""
     import importlib
 
     package = importlib.import_module("impulsekit")
@@ -89,7 +90,7 @@ def public_names() -> dict[int, tuple[str, Any]]:
 
 
 def page_of(value: Any) -> str:
-    """The reference page of an object, by the module that it is written in."""
+    """Return the reference page of an object, by the module that it is written in."""
     module = value.__module__.removeprefix("impulsekit.")
     fitting = [
         (len(prefix), page)
@@ -101,7 +102,7 @@ def page_of(value: Any) -> str:
 
 
 def write_reference() -> None:
-    """One page a room, each name by autodoc."""
+    """Write one page a room, each name by autodoc."""
     pages: dict[str, list[str]] = {page: [] for page, _, _ in PAGES}
     for name, value in sorted(public_names().values(), key=lambda entry: entry[0].lower()):
         kind = "autoclass" if inspect.isclass(value) else "autofunction"
@@ -148,7 +149,9 @@ def _plain_bars(
         lines[i] = "".join(parts)
 
 
-def _make(_app: Any) -> None:
+def _make(app: Any) -> None:
+    # Pages are read, and their cells run, by as many processes as there are cores.
+    app.parallel = max(app.parallel, os.cpu_count() or 1)
     begin = time.perf_counter()
     write_reference()
     SAY(f"reference: {len(PAGES)} pages from docstrings; now the examples are run and drawn")
@@ -159,7 +162,7 @@ def _make(_app: Any) -> None:
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Sphinx's door."""
+    """Connect to Sphinx; it calls this."""
     app.add_html_math_renderer("mathml", (_math, None), (_math, None))
     app.connect("builder-inited", _make)
     # Before napoleon, whose own markup stays.

@@ -1,4 +1,4 @@
-"""What is shown of examples that compute without a scene: by file, from the names of the script."""
+"""Impacts and motions for the gallery of examples that compute without a scene."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import impulsekit as ik
 
 
 def _racket(names: dict[str, Any]) -> ik.Impact:
-    """A ball in mid-strings, the racket held 10 cm from the butt."""
+    """Return the impact of a ball in mid-strings, the racket held 10 cm from the butt."""
     racket = names["held_at"](0.1)
     at = [names["MIDDLE"] - 0.1, 0, 0]
     blow = ik.AppliedImpulse("racket", linear=[0, 0, 2], at=at, name="ball")
@@ -19,7 +19,7 @@ def _racket(names: dict[str, Any]) -> ik.Impact:
 
 
 def _rod(names: dict[str, Any]) -> ik.Impact:
-    """One of the measured impacts: a rod that leans by 50 degrees."""
+    """Return one of the measured impacts: a rod that leans by 50 degrees."""
     rod = ik.Robot.from_urdf(names["ROD"], root="planar")
     lean = math.radians(50)
     tip = ik.Contact("rod", at=[-0.5, 0, 0], normal=[0, 1, 0], restitution=0.6, friction=0.3,
@@ -43,7 +43,7 @@ HUB = f"""<link name="hub"><visual><geometry><sphere radius="0.06"/></geometry><
 
 
 def _walker(angles: list[float]) -> ik.Robot:
-    """Spokes of 1 m from a hub, at angles about the y axis [rad], each on a joint of its own."""
+    """Return spokes of 1 m on a hub, at angles about y [rad], each on a joint of its own."""
     spokes = "".join(
         f"""<link name="leg_{i}"><visual><origin xyz="0 0 -0.5"/><geometry>
         <box size="0.02 0.02 1"/></geometry></visual>{INERTIAL}</link>
@@ -55,7 +55,7 @@ def _walker(angles: list[float]) -> ik.Robot:
 
 
 def _recorded(robot: ik.Robot, legs: list[Any], hubs: list[Any], step: float) -> Any:
-    """A recording of the legs' angles and the hub's places, ``step`` seconds apart."""
+    """Return a recording of the legs' angles and the hub's places, ``step`` seconds apart."""
     q = []
     for leg, hub in zip(legs, hubs, strict=True):
         joints = {f"turn_{i}": angle for i, angle in enumerate(leg)}
@@ -64,7 +64,7 @@ def _recorded(robot: ik.Robot, legs: list[Any], hubs: list[Any], step: float) ->
 
 
 def _wheel(names: dict[str, Any]) -> Any:
-    """Four steps of the wheel, drawn on level ground."""
+    """Return four steps of the wheel, drawn on level ground."""
     alpha, slope, steps, shots = math.pi / 8, 0.08, 4, 20
     found = names["gait"](alpha, slope, 9.81)
     robot = _walker([i * math.pi / 4 for i in range(8)])
@@ -79,7 +79,7 @@ def _wheel(names: dict[str, Any]) -> Any:
 
 
 def _compass(names: dict[str, Any]) -> Any:
-    """Four steps of the gait; the legs change roles at each."""
+    """Return four steps of the gait; the legs change roles at each."""
     found, steps, shots = names["gait"](0.009), 4, 30
     from scipy.integrate import solve_ivp
 

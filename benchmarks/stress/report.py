@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.truths.numbers import EPS, truth_numbers
-from impulsekit.view.plots.canvas import AFTER, BLOW, INK, QUIET, new_figure, tidy
+from impulsekit.view.plots.canvas import AFTER, IMPULSE, INK, QUIET, new_figure, tidy
 
 from ..run import about
 from .judge import AGREED, BACKWARD, BOUND, ILL_POSED
@@ -133,7 +133,7 @@ def machine() -> str:
 
 # Errors of nothing are drawn here, those beyond the upper edge there.
 LEAST, MOST = 1e-18, 1e2
-COLOURS = {"right": AFTER, "said so": QUIET, "wrong": BLOW}
+COLOURS = {"right": AFTER, "said so": QUIET, "wrong": IMPULSE}
 MOST_DOTS = 2500
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 from .forms import TURNS
 
-# Kind: what legend and labels call it, its unit and its colour.
+# Kind: its name in legend and labels, its unit and its colour.
 KINDS = {
     "impulse": ("impulse", "N s", (0.78, 0.20, 0.13)),
     "couple": ("couple impulse", "N m s", (0.86, 0.50, 0.10)),
@@ -40,7 +40,7 @@ SHORTEST = 5e-3
 # Velocity arrows that are drawn by default stay as few as this.
 FEW = 12
 # As many entries fit into the line of an impact.
-MOST_SAID = 5
+MOST_NAMED = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Arrow:
         name: the entry of the scene, the joint or the point it belongs to.
         origin: (3,) where it starts, in the world [m].
         vector: (3,) in world axes, in the unit of its kind.
-        from_outside: whether it ends at its origin, as a blow does, instead of starting there.
+        from_outside: it ends at its origin, as an applied impulse does, instead of starting there.
         mode: of the contact that it belongs to.
     """
 
@@ -105,8 +105,8 @@ def summary(arrows: Iterable[Arrow]) -> str:
         for own in parts.values()
     ]
     whole.sort(key=lambda item: (item.kind != "impulse", -item.size))
-    more = [f"and {len(whole) - MOST_SAID} more"] * (len(whole) > MOST_SAID)
-    return "; ".join([*(item.label for item in whole[:MOST_SAID]), *more])
+    more = [f"and {len(whole) - MOST_NAMED} more"] * (len(whole) > MOST_NAMED)
+    return "; ".join([*(item.label for item in whole[:MOST_NAMED]), *more])
 
 
 def impact_arrows(
@@ -121,7 +121,7 @@ def impact_arrows(
     Args:
         impact: the impact.
         points: where velocities are drawn; by default at the mass centres that jump most.
-        velocities: whether velocities are drawn.
+        velocities: draw velocities.
         reactions: True for every joint, or the joints' names.
 
     Raises:
@@ -161,11 +161,11 @@ def _known(impact: Impact) -> Iterator[Arrow]:
 
 def _constraints(impact: Impact) -> Iterator[Arrow]:
     for entry, result in zip(impact.scene.held, impact.constraints, strict=True):
-        said = rows_of_entry(impact.scene.robot, entry)
-        if isinstance(said, FramePair):
-            places = said.places(impact.mechanics.joint_placement)
+        rows = rows_of_entry(impact.scene.robot, entry)
+        if isinstance(rows, FramePair):
+            places = rows.places(impact.mechanics.joint_placement)
             wrench, origin = (
-                said.wrench(result.impulse, said.axes_at(*places)),
+                rows.wrench(result.impulse, rows.axes_at(*places)),
                 places[0].translation,
             )
             yield Arrow("impulse", result.name, origin, wrench[:3])
@@ -186,7 +186,7 @@ def _contacts(impact: Impact) -> Iterator[Arrow]:
 
 
 def _in_joint(impact: Impact, name: str, joint: str, impulse: np.ndarray) -> Iterator[Arrow]:
-    """A generalized impulse in a joint as a force or couple impulse on its child."""
+    """Return a generalized impulse in a joint as a force or couple impulse on its child."""
     joint_id = impact.scene.robot.joint_id(joint)
     subspace = Posture(impact.scene.robot, impact.q).motion_subspace(joint_id)
     place = impact.mechanics.joint_placement(joint_id)
@@ -207,7 +207,7 @@ def _velocities_at(impact: Impact, points: Sequence[ReportPoint]) -> Iterator[Ar
 
 
 def _velocities(impact: Impact) -> Iterator[Arrow]:
-    """At the mass centres of links, those whose momentum jumps most."""
+    """Return velocities at the mass centres of links, those whose momentum jumps most."""
     robot = impact.scene.robot
     data = robot.model.createData()
     jumps = impact.bodies

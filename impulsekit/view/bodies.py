@@ -37,10 +37,10 @@ ROBOTS = (
 )
 # Of several robots, this share of every colour is the robot's own.
 OWN_SHARE = 0.6
-# What Pinocchio paints a visual that has no material.
+# The colour Pinocchio gives a visual without a material.
 NO_MATERIAL = (0.9, 0.9, 0.9, 1.0)
 GHOST_OPACITY = 0.22
-# [m] The size of what has none, to draw it at all.
+# [m] The least size, for a robot whose shapes and joints are all at one point.
 LEAST_REACH = 1e-6
 # For the camera's fit a motion is looked at in so many poses.
 LOOKS = 60
@@ -161,7 +161,7 @@ class BodyShape:
     """One shape fixed to a joint.
 
     Attributes:
-        item: Pinocchio's, with its name, joint and placement; joint 0 stands still.
+        item: Pinocchio's, with its name, joint and placement; joint 0 is the world.
         shape: the player's.
         color: red, green, blue and opacity.
         body: the link's name.
@@ -193,7 +193,7 @@ def body_shapes(robot: Robot) -> tuple[tuple[BodyShape, ...], tuple[str, ...]]:
             continue
         body = robot.model.frames[item.parentFrame].name
         found.append(BodyShape(item, shape, _color_of(item, shape), body))
-    # What is fixed to a link that has a picture needs none of its own.
+    # A link fixed to one that has a picture needs none of its own.
     pictured = {each.item.parentJoint for each in found}
     for i, link in enumerate(robot.links):
         if link.joint_id in pictured and link.name not in dropped:
@@ -279,9 +279,9 @@ class Actors:
         shapes: those on its joints.
         places: (F, njoints, 7) of every joint in the world, xyz [m] and quaternion xyzw.
         corners: (n, 3) corners of boxes around the shapes over the motion [m].
-        subject: (m, 3) those of what moves, for the middle of the picture [m].
+        subject: (m, 3) those of moving bodies, for the middle of the picture [m].
         reach: between the radius of one pose and that of the motion [m]; arrows go by it.
-        notes: what is drawn otherwise than wished.
+        notes: a sentence for each shape that could not be drawn as it is.
     """
 
     shown: Shown
@@ -320,7 +320,7 @@ class Actors:
 
     @property
     def labels(self) -> list[tuple[str, str]]:
-        """The node of every shape, with what the page calls it: its link and its joint."""
+        """The node of every shape, with its label on the page: its link and its joint."""
         names = self.shown.robot.joint_names
         return [
             (

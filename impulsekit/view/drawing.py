@@ -1,4 +1,4 @@
-"""``Drawing``: what a page shows, as the commands that meshcat's player understands."""
+"""``Drawing``: the objects of a page, as commands for meshcat's player."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def node_path(path: Sequence[str]) -> str:
 class Lathe(shapes.Geometry):
     """The surface that a (p, 2) profile of radius and height [m] sweeps about the z axis.
 
-    A point that stands twice in a row is an edge, which stays sharp.
+    A point that is listed twice in a row is a sharp edge.
     """
 
     def __init__(self, profile: Any, segments: int = SEGMENTS) -> None:
@@ -99,7 +99,7 @@ def cylinder(radius: float, half_length: float, top_radius: float | None = None)
 def arrow(length: float, width: float, heads: int = 1) -> Lathe:
     """Return an arrow along z from the origin to ``length``, its shaft ``width`` thick [m].
 
-    Two ``heads`` stand for a couple. A short arrow gets a smaller head, never a longer body.
+    Two ``heads`` mean a couple. A short arrow gets a smaller head, never a longer body.
     """
     head = min(3.2 * width, 0.8 * length / heads)
     shaft, rim = 0.5 * min(width, 0.5 * head), 0.36 * head
@@ -133,7 +133,7 @@ class Drawing:
     Paths are tuples of node names below ``ROOT``.
 
     Attributes:
-        commands: in the order in which the player gets them.
+        commands: in the order in which the player runs them.
     """
 
     def __init__(self) -> None:
@@ -155,12 +155,12 @@ class Drawing:
 
         Args:
             path: the node; its own transform comes on top.
-            shape: what is drawn.
+            shape: of meshcat's geometries.
             color: red, green, blue and opacity in [0, 1].
             placements: copies share one geometry.
-            glow: how much of its colour shines without light, for arrows.
-            shade: opacity of what is seen of it through everything that stands before it.
-            one_sided: whether it is not seen from behind, as nothing translucent is.
+            glow: the share of its colour that shines without light, for arrows.
+            shade: opacity with which it is seen through everything before it.
+            one_sided: it is not seen from behind, as nothing translucent is.
         """
         opacity = float(color[3]) if len(color) > 3 else 1.0
         solid = opacity == 1.0
@@ -248,7 +248,7 @@ class Drawing:
     ) -> None:
         """Let a node go through (F, 7) ``places``, xyz and quaternion xyzw, at (F,) times [s].
 
-        It is drawn ``scales`` (F,) as large. What never changes gets no track.
+        It is drawn ``scales`` (F,) as large. Constant values get no track.
         """
         self.place(path, pin.XYZQUATToSE3(places[0]))
         tracks = {".position": places[:, :3], ".quaternion": places[:, 3:]}

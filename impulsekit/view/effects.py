@@ -45,14 +45,14 @@ class Effects:
     """The drawn effects.
 
     Attributes:
-        impacts: for each impact, the playback times of its arrows and what the page says of it.
+        impacts: for each impact, the playback times of its arrows and its line on the page.
         arrows: by entry, joint or point, the nodes of its arrows.
-        labels: the nodes of arrows and marks, with what the page says of each.
+        labels: the nodes of arrows and marks, with the label of each.
         forces: of contacts between impacts: name, playback times [s] and sizes [N].
         ends: (n, 3) arrays: the arrows' ends and the traces' points, for the camera [m].
         rows: of the legend, with the units of every kind of arrow.
         groups: by the group that a row names, the nodes that it switches.
-        notes: what was left out.
+        notes: how many arrows and marks were left out.
     """
 
     impacts: list[dict[str, Any]]
@@ -80,7 +80,7 @@ def draw_effects(
     *,
     traces: Sequence[ReportPoint] = (),
     hold: float | None = None,
-    **wanted: Any,
+    **options: Any,
 ) -> Effects:
     """Draw arrows and marks of all impacts, contact forces between them, and paths of points.
 
@@ -88,13 +88,13 @@ def draw_effects(
         size: of the picture [m].
         hold: how long arrows stay, in playback time [s]; None for as long as it plays. The
             arrows of an impact go when those of the next one come.
-        wanted: of ``impact_arrows``.
+        options: of ``impact_arrows``.
     """
-    found = [impact_arrows(impact, **wanted) for _, impact in shown.impacts]
+    found = [impact_arrows(impact, **options) for _, impact in shown.impacts]
     spans = _spans(shown, timeline, hold)
     effects = Effects(
         [
-            {"time": start, "end": min(end, timeline.duration), "said": summary(arrows)}
+            {"time": start, "end": min(end, timeline.duration), "text": summary(arrows)}
             for (_, start, end), arrows in zip(spans, found, strict=True)
         ]
     )
@@ -115,7 +115,7 @@ def draw_effects(
 def _spans(
     shown: Shown, timeline: Timeline, hold: float | None
 ) -> list[tuple[float, float, float]]:
-    """Return for each impact, in playback time: when what precedes it shows, it, and its end."""
+    """Return by impact, in playback time: start of the arrows before it, its instant, its end."""
     times = [float(timeline.to_playback(time)) for time, _ in shown.impacts]
     stays = np.inf if hold is None else hold
     spans = []
@@ -215,11 +215,11 @@ def _without_slight(found: list[tuple[int, Arrow]], size: float) -> list[tuple[i
 def _draw_arrow(
     drawing: Drawing, path: tuple[str, ...], item: Arrow, length: float, size: float
 ) -> np.ndarray:
-    """Draw an arrow; gives its two ends, (2, 3)."""
+    """Draw an arrow and return its two ends, (2, 3)."""
     # Thin before and thick after: the two are told apart without colours too.
     width = ARROW_WIDTH * (THIN if item.kind == "before" else 1.0)
     direction = item.vector / item.size
-    # What strikes ends at the point that it strikes.
+    # An applied impulse ends at the point where it acts.
     start = item.origin - length * direction if item.from_outside else item.origin
     shape = arrow(length, width * size, heads=2 if "couple" in item.kind else 1)
     # A shade of it where it is inside a body or behind one.
@@ -252,7 +252,7 @@ def _arrow_row(kind: str, largest: float) -> dict[str, str]:
 def legend_row(
     text: str, color: Sequence[float], *, group: str = "", short: str = ""
 ) -> dict[str, str]:
-    """Return a row of the legend: its text, also in short, its colour, and what it switches."""
+    """Return a row of the legend: its text, also in short, its colour, the group it switches."""
     css = f"rgb({', '.join(str(round(255 * c)) for c in color[:3])})"
     return {"text": text, "short": short or text, "color": css, "group": group}
 

@@ -71,7 +71,7 @@ const films = {
   },
 
   // An MP4 in base64, of the whole playback.
-  async video(width, height, tell = () => {}) {
+  async video(width, height, progress = () => {}) {
     const level = width * height > 1920 * 1088 ? "33" : "28";
     const config = { codec: "avc1.6400" + level, width, height, framerate: FPS,
       bitrate: Math.max(4e5, 9 * width * height), avc: { format: "avc" } };
@@ -99,7 +99,7 @@ const films = {
         const frame = new VideoFrame(canvas, { timestamp: Math.round(1e6 * i / FPS) });
         encoder.encode(frame, { keyFrame: i % 60 === 0 });
         frame.close();
-        tell(i / count);
+        progress(i / count);
         while (encoder.encodeQueueSize > 4) await new Promise(done => setTimeout(done, 1));
       }
       await encoder.flush();
@@ -144,7 +144,7 @@ const films = {
           share => { button.textContent = Math.floor(100 * share) + " %"; }), "video/mp4", ".mp4");
     } catch (error) {
       button.title = String(error.message ?? error);
-      byId("said").textContent = button.title;
+      byId("impact").textContent = button.title;
     }
     button.textContent = text;
     button.disabled = false;

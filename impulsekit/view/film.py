@@ -27,12 +27,12 @@ FLAGS = (
 )
 # For a frame of a large robot on a busy machine, and for an hour of video [ms].
 PATIENCE = 3_600_000
-# What H.264 can hold [px].
+# The largest picture in H.264 [px].
 LARGEST = 4096
 
 
-def wished(video: Any, picture: Any, size: tuple[int, int]) -> dict[str, Any]:
-    """What is to be drawn: by kind its path, and the "size"; empty where nothing is.
+def checked_films(video: Any, picture: Any, size: tuple[int, int]) -> dict[str, Any]:
+    """Return the path of each kind that is asked for, and the "size"; empty if none is.
 
     Raises:
         InputError: a path that does not end as it should.
@@ -86,7 +86,7 @@ def _draw(page: str, wishes: Mapping[str, Any]) -> None:
 
 @contextmanager
 def headless(width: int, height: int) -> Iterator[Any]:
-    """A tab of a headless Chromium.
+    """Open a tab of a headless Chromium.
 
     Raises:
         MissingExtraError: playwright or Chromium is missing.

@@ -1,4 +1,4 @@
-"""The forms of a report: plain text, Markdown, JSON, and tables drawn by rich."""
+"""The forms of a report: plain text, Markdown, JSON, HTML, and what rich prints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..robot import Robot
 from ..robot.placing import Posture
 
 if TYPE_CHECKING:
-    from rich.console import Group
+    from rich.markdown import Markdown
 
 # [rad] of a unit of speed: a joint whose axis turns by less slides; axes are unit vectors or zero.
 TURNS = 1e-12
@@ -38,12 +38,12 @@ class Speed:
 
     @property
     def title(self) -> str:
-        """The joint, with the component where it has several."""
+        """Return the joint, with the component where it has several."""
         return f"{self.joint} {self.component}".rstrip()
 
 
 def speeds_of(robot: Robot, q: np.ndarray) -> tuple[Speed, ...]:
-    """The generalized speeds of a robot, in the order of v.
+    """Return the generalized speeds of a robot, in the order of v.
 
     A speed whose column of the motion subspace at ``q`` turns the child is in rad/s, one
     that only shifts it in m/s.
@@ -66,7 +66,7 @@ Blocks = list[list[str]]
 
 
 def as_text(blocks: Blocks) -> str:
-    """Plain text, a blank line between sections.
+    """Return plain text, with a blank line between sections.
 
     Example:
         >>> as_text([["Speeds", "  none"], ["Energy"]])
@@ -76,7 +76,7 @@ def as_text(blocks: Blocks) -> str:
 
 
 def as_markdown(blocks: Blocks) -> str:
-    """Markdown with tables, numbers to the right; names are never read as markup.
+    """Return Markdown with tables, numbers to the right; names are never read as markup.
 
     Example:
         >>> print(as_markdown([["ball: 1 impulse", "solved: *good*"]]), end="")
@@ -97,60 +97,38 @@ def as_markdown(blocks: Blocks) -> str:
 
 
 def as_json(blocks: Blocks) -> str:
-    """JSON: sections with their title, tables and notes; numbers are numbers.
+    """Return JSON: sections with title, tables and notes; numbers are numbers.
 
     Example:
         >>> json.loads(as_json([["Energy", "  balanced"]]))["sections"][0]["notes"]
         ['balanced']
     """
     sections: list[dict[str, Any]] = []
-    for block in blocks:
-        pieces = list(pieces_of(block))
-        section: dict[str, Any] = {"title": pieces[0], "tables": [], "notes": []}
-        for piece in pieces[1:]:
-            if isinstance(piece, Table):
-                section["tables"].append(
-                    {
-                        "columns": list(piece.head),
-                        "rows": [
-                            [
-                                _number(cell) if piece.is_number_column(i) else cell
-                                for i, cell in enumerate(row)
-                            ]
-                            for row in piece.rows
-                        ],
-                    }
-                )
-            else:
-                section["notes"].append(piece.strip())
+    for title, *pieces in (list(pieces_of(block)) for block in blocks):
+        tables = [piece for piece in pieces if isinstance(piece, Table)]
+        section = {
+            "title": title,
+            "tables": [{"columns": list(each.head), "rows": _cells(each)} for each in tables],
+            "notes": [piece.strip() for piece in pieces if not isinstance(piece, Table)],
+        }
         sections.append(section)
     return json.dumps({"sections": sections}, indent=2, ensure_ascii=False) + "\n"
 
 
-def as_rich(blocks: Blocks) -> Group:
-    """The same for a terminal, as something that rich can print."""
-    from rich import box
-    from rich.console import Group
-    from rich.table import Table as RichTable
-    from rich.text import Text
+def _cells(table: Table) -> list[list[Any]]:
+    """Return the rows of a table, with numbers in the columns that hold them alone."""
+    numeric = [table.is_number_column(i) for i in range(len(table.head))]
+    return [
+        [_number(cell) if one else cell for cell, one in zip(row, numeric, strict=True)]
+        for row in table.rows
+    ]
 
-    parts: list[Any] = []
-    for number, block in enumerate(blocks):
-        if number > 0:
-            parts.append(Text())
-        for i, piece in enumerate(pieces_of(block)):
-            if isinstance(piece, Table):
-                drawn = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="dim")
-                for column, title in enumerate(piece.head):
-                    numeric = piece.is_number_column(column)
-                    drawn.add_column(Text(title), justify="right" if numeric else "left")
-                for row in piece.rows:
-                    # Text objects: a name such as "[red]" stays what it is.
-                    drawn.add_row(*(Text(cell) for cell in row))
-                parts.append(drawn)
-            else:
-                parts.append(Text(piece, style="bold" if i == 0 else ""))
-    return Group(*parts)
+
+def as_rich(blocks: Blocks) -> Markdown:
+    """Return the same for a terminal, as something that rich can print."""
+    from rich.markdown import Markdown
+
+    return Markdown(as_markdown(blocks))
 
 
 FORMS: dict[str, Callable[[Blocks], str]] = {
@@ -161,7 +139,7 @@ FORMS: dict[str, Callable[[Blocks], str]] = {
 
 
 def pieces_of(block: list[str]) -> Iterator[str | Table]:
-    """The lines of a block, but each table once and whole."""
+    """Return the lines of a block, but each table once and whole."""
     last: Table | None = None
     for line in block:
         if not isinstance(line, TableLine):

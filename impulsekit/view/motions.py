@@ -1,4 +1,4 @@
-"""Motions that can be shown: a trajectory, a recording, or an impact with what is around it.
+"""Motions that can be shown: a trajectory, a recording, or an impact with a short coast.
 
 An ``Impact`` is one instant. It is shown with a moment of coasting before and after it: joint
 speeds constant, loops and pins that held kept shut, without forces.
@@ -67,7 +67,7 @@ def coasting(impact: Impact, span: float | None = None) -> Recording:
 
     Args:
         impact: the impact.
-        span: how long before and after it [s]; None for what lets the eye follow.
+        span: time before and after it [s]; None for one that the eye can follow.
     """
     robot = impact.scene.robot
     lasting = _fitting_span(impact) if span is None else span
@@ -176,10 +176,10 @@ def resting_forces(shown: Shown, times: np.ndarray) -> dict[str, tuple[np.ndarra
     for name, history in shown.trajectory.contacts.items():
         places, forces = np.full((len(times), 3), np.nan), np.zeros((len(times), 3))
         for place, force, time in zip(places, forces, times.tolist(), strict=True):
-            where, what = history.points(min(time, shown.end))
-            sizes = np.linalg.norm(what, axis=1)
+            points, forces_there = history.points(min(time, shown.end))
+            sizes = np.linalg.norm(forces_there, axis=1)
             if sizes.sum() > 0.0:
-                force[:], place[:] = what.sum(axis=0), sizes @ where / sizes.sum()
+                force[:], place[:] = forces_there.sum(axis=0), sizes @ points / sizes.sum()
         acts = np.flatnonzero(np.isfinite(places[:, 0]))
         if len(acts):
             last = acts[np.maximum(np.searchsorted(acts, np.arange(len(times)), "right") - 1, 0)]

@@ -36,7 +36,7 @@ _BAR = """<div id="bar" role="toolbar" aria-label="Playback">
 <span id="clock" class="clock"></span>
 <select id="speed" aria-label="Speed" title="Speed (+ and -)">{speeds}</select>
 <button id="arrows" aria-pressed="true" title="Show or hide all arrows (a)">Arrows</button>
-<button id="follow" aria-pressed="false" title="Keep what moves in the middle (f)">Follow</button>
+<button id="follow" aria-pressed="false" title="Keep the moving bodies centred (f)">Follow</button>
 <button id="picture" title="Save this picture as PNG">PNG</button>
 <button id="video" title="Save the whole playback as MP4">MP4</button>
 <button id="fold" aria-expanded="true" aria-controls="legend"
@@ -55,12 +55,12 @@ r  the first view    g  the player's panel"""
 
 
 def page_of(title: str, commands: Sequence[dict[str, Any]], **facts: Any) -> str:
-    """The page.
+    """Return the page.
 
     Args:
         title: the robot's name, as plain text.
         commands: for the player, in their order.
-        facts: what ``player.js`` and ``film.js`` read: the "camera" in the player's axes; the
+        facts: data of ``player.js`` and ``film.js``: the "camera" in the player's axes; the
             "clock" with playback and motion times of its knots, None for a still picture;
             "rows" of the legend and its "notes"; "play", "loop", "fps", "frames";
             "impacts", "forces", "groups", "labels" and "followed".
@@ -86,7 +86,7 @@ def page_of(title: str, commands: Sequence[dict[str, Any]], **facts: Any) -> str
 </head>
 <body>
 <div id="meshcat-pane"></div>
-<div id="values"><span id="pace"></span><span id="said" aria-live="polite"></span></div>
+<div id="values"><span id="pace"></span><span id="impact" aria-live="polite"></span></div>
 <div id="legend"></div>
 {_BAR.format(speeds=speeds)}<div id="name" hidden></div>
 <div id="keys" hidden>{_KEYS}</div>
@@ -101,16 +101,16 @@ def page_of(title: str, commands: Sequence[dict[str, Any]], **facts: Any) -> str
 
 
 def _beside(name: str) -> str:
-    """The text of a file of this package."""
+    """Return the text of a file of this package."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-# How long a meshcat server may take for one command [ms].
+# The longest answer of a meshcat server to one command [ms].
 PATIENCE = 10_000
 
 
 def send_to(viewer: Any, commands: list[dict[str, Any]], camera: Camera) -> None:
-    """Send commands to the server of a ``meshcat.Visualizer``; an earlier replay makes room.
+    """Send commands to the server of a ``meshcat.Visualizer``; an earlier replay is deleted.
 
     Raises:
         ImpulsekitError: its server does not answer.
@@ -137,7 +137,7 @@ def send_to(viewer: Any, commands: list[dict[str, Any]], camera: Camera) -> None
 
 
 def _from_afar(camera: Camera) -> dict[str, Any]:
-    """The camera for a window that always looks at the origin: further off, it sees all."""
+    """Return the camera for a window that looks at the origin: further off, it sees all."""
     view = camera.in_player()
     offset = [p - t for p, t in zip(view["position"], view["target"], strict=True)]
     share = 1.0 + math.hypot(*view["target"]) / math.hypot(*offset)

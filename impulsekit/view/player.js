@@ -93,11 +93,11 @@ class Player {
   }
 
   // The impulses of the impact whose arrows are shown, or the forces that act between impacts.
-  get said() {
+  get text() {
     const near = 1e-6 * Math.max(this.duration, 1e-3);
     const hits = replay.impacts.filter(
       hit => Math.fround(hit.time) <= this.time + near && this.time < hit.end + near);
-    if (hits.length) return hits.map(hit => hit.said).filter(said => said).join("; ");
+    if (hits.length) return hits.map(hit => hit.text).filter(text => text).join("; ");
     return replay.forces.map(force => [force.name, this.force(force)])
       .filter(([, size]) => size > 0)
       .map(([name, size]) => name + ": " + size + " N").join("; ");
@@ -377,7 +377,7 @@ function nameOnHover(stage) {
 }
 
 function keepShowing(player) {
-  const [clock, pace, said, slider] = ["clock", "pace", "said", "time"].map(byId);
+  const [clock, pace, impact, slider] = ["clock", "pace", "impact", "time"].map(byId);
   let playing = null;
   const show = () => {
     const t = player.time;
@@ -390,8 +390,8 @@ function keepShowing(player) {
       ? "impact " + (here + 1) + " of " + player.impacts.length
       : "at " + speed + "×";
     pace.title = speed + " s of the motion in each second";
-    const words = player.said;
-    if (said.textContent !== words) said.textContent = said.title = words;
+    const words = player.text;
+    if (impact.textContent !== words) impact.textContent = impact.title = words;
     if (!player.dragging) slider.value = String(t);
     slider.setAttribute("aria-valuetext", clock.textContent);
     if (playing !== player.animator.playing) {

@@ -19,7 +19,7 @@ from ..display import Displayed, one_line
 from ..errors import RangeError
 from ..files import check_writable, path_of, write_file
 from ..scene.points import report_points
-from .film import draw_films, wished
+from .film import checked_films, draw_films
 from .motions import Shown, shown_motion
 from .timeline import Timeline
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ..motion import Trajectory
     from ..scene.points import ReportPoint
 
-# [s] What a motion without duration counts as having.
+# [s] The least duration, for a motion of one instant.
 LEAST_DURATION = 1e-9
 
 
@@ -44,7 +44,7 @@ class Replay(Displayed):
         motion_times: (F,) the instants of the motion they show [s].
         nodes: by joint name, the node of the player that moves with the joint.
         arrows: by entry, joint or point, the nodes of its arrows, impact by impact.
-        notes: what could not be drawn as wished, a sentence each.
+        notes: a sentence for each thing that could not be drawn as asked.
         commands: for meshcat's player, in order.
         html: the text of the page.
         page: the path of the page that was written, or None.
@@ -61,9 +61,9 @@ class Replay(Displayed):
 
     def __repr__(self) -> str:
         arrows = sum(map(len, self.arrows.values()))
-        told = [f"{self.duration:g} s", f"{len(self.times)} frames", f"{arrows} arrows"]
-        told += [f"{len(self.notes)} notes"] * bool(self.notes)
-        return one_line("Replay", *told, f"{len(self.html) / 1e6:.1f} MB", page=self.page)
+        parts = [f"{self.duration:g} s", f"{len(self.times)} frames", f"{arrows} arrows"]
+        parts += [f"{len(self.notes)} notes"] * bool(self.notes)
+        return one_line("Replay", *parts, f"{len(self.html) / 1e6:.1f} MB", page=self.page)
 
     @property
     def duration(self) -> float:
@@ -107,22 +107,22 @@ def replay(
         open: open it in the browser; without ``html`` from a temporary file.
         viewer: a ``meshcat.Visualizer`` that is drawn into as well.
         points: points whose velocities are drawn at impacts; by default some mass centres.
-        velocities: whether velocity arrows are drawn.
+        velocities: draw velocity arrows.
         reactions: True for the reaction impulses of all joints, or joints by name.
-        traces: points whose paths are drawn; the name of a frame stands for its origin.
+        traces: points whose paths are drawn; the name of a frame means its origin.
         ghosts: instants of the motion whose poses stay in the picture [s].
         fps: frames for each second of playback.
         speed: motion seconds for each second of playback; by default 1, and for an impact
-            what stretches it to about four seconds.
+            one that stretches it to about four seconds.
         slow_motion: factor on the speed around impacts, up to 1.
         slow_window: time before and after an impact with that factor [s].
         span: for an impact, duration of the coast after it; half of it before [s].
-        hold: playback time for which arrows stay after an impact of a motion [s].
+        hold: playback time for which arrows are shown after an impact of a motion [s].
         loop: start again at the end.
         play: start when the page opens.
         title: title of the page; by default the robot's name.
-        camera: "front" (from +x), "back", "left" (from +y), "right" or "top"; a place (x, y, z),
-            or a pair of a place and a target [m]; None for a view that fits.
+        camera: "front" (from +x), "back", "left" (from +y), "right" or "top"; a position
+            (x, y, z), or a pair of a position and a target [m]; None for a view that fits.
         video: path of an MP4 of the whole playback, drawn by a headless Chromium.
         picture: path of a PNG at the first impact, or of the middle where there is none.
         size: width and height of video and picture [px], both even.
@@ -154,7 +154,7 @@ def replay(
 
     if html is not None:
         check_writable(path_of(html, "replay: the page"))
-    wishes = wished(video, picture, size)
+    films = checked_films(video, picture, size)
     shown = shown_motion(motion, span)
     if not 0.0 < hold < math.inf:
         raise RangeError.of("replay: hold", hold, "a finite number of seconds above 0")
@@ -210,7 +210,7 @@ def replay(
         followed=actors.followed,
     )
     page = _written(text, html, open)
-    draw_films(text, wishes)
+    draw_films(text, films)
     if viewer is not None:
         send_to(viewer, drawing.commands, view)
     return Replay(
@@ -244,7 +244,7 @@ def _clock(timeline: Timeline) -> dict[str, Any] | None:
         "moved": timeline.moved.tolist(),
         "unit": unit,
         "scale": scale,
-        # Three digits of the whole span are what the eye can follow.
+        # The eye can follow three digits of the whole span.
         "digits": max(0, 2 - math.floor(math.log10(span * scale))),
     }
 

@@ -27,7 +27,7 @@ WIDTH = 80
 
 
 def contacts_section(impact: Impact) -> list[str]:
-    """The lines on the contacts of a scene: impulses, speeds, and what is not unique."""
+    """Return the lines on contacts: impulses, speeds, and contacts that are not unique."""
     results = impact.contacts
     if not results:
         return []
@@ -49,7 +49,7 @@ def contacts_section(impact: Impact) -> list[str]:
 
 
 def _turning(results: list[ContactResult]) -> list[str]:
-    """Angular impulses against rolling and spin, point by point."""
+    """Return angular impulses against rolling and spin, point by point."""
     own = [(r.name, p.turning) for r in results for p in r.points if p.turning is not None]
     if not own:
         return []
@@ -76,7 +76,7 @@ def _turning(results: list[ContactResult]) -> list[str]:
 
 
 def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:
-    """The distances of entries from touching or closed [m, rad]; below a nanometre they are."""
+    """Return the gaps of entries [m, rad]; below a nanometre they are shown as 0."""
     if not results:
         return []
     shown = [f"{each.name} {decimals(each.gap, GAP_SCALE)}" for each in results]
@@ -112,7 +112,7 @@ def _point_rows(results: list[ContactResult]) -> list[str]:
 
 
 def _point_speeds(point: ContactPoint) -> tuple[float, float, float, float]:
-    """Along the normal and across it, each before and after."""
+    """Return speeds along the normal and across it, each before and after."""
     if point.normal is None:
         raise ValueError("a joint stop has no normal")
     found = []
@@ -184,7 +184,7 @@ def report(
 def report_blocks(
     impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
 ) -> list[list[str]]:
-    """The lines of a report, section by section; the first of each is its title."""
+    """Return the lines of a report, section by section; the first of each is its title."""
     blocks = [
         _head(impact),
         _points(impact, report_points(points, "report: points")),
@@ -212,7 +212,7 @@ def _head(impact: Impact) -> list[str]:
 
 
 def _uniqueness(impact: Impact) -> list[str]:
-    """A line on whether v⁺ is the only one, where contacts leave that open."""
+    """Return a line on the uniqueness of v⁺, if the scene has contacts."""
     if not impact.scene.contacts:
         return []
     found = impact.uniqueness
@@ -364,7 +364,7 @@ def _links(impact: Impact) -> list[str]:
 
 
 def _joint_loads(impact: Impact) -> list[str]:
-    """The joints that the impact bends or turns most, for bearings and gears."""
+    """Return the joints that the impact bends or turns most, for bearings and gears."""
     loads = [load for load in impact.joint_loads.values() if load.axis is not None]
     loads.sort(key=lambda load: -max(load.bending, abs(load.torque)))
     force = max((float(np.linalg.norm(load.force)) for load in loads), default=0.0)
@@ -407,7 +407,7 @@ def _listed(numbers: Iterable[float]) -> str:
     return "(" + ", ".join(f"{x:g}" for x in numbers) + ")"
 
 
-# What follows the velocities, in order; a section without anything to say returns nothing.
+# The sections after the velocities, in order; one without content returns nothing.
 SECTIONS: tuple[Callable[[Impact], list[str]], ...] = (
     _impulses,
     _constraints,

@@ -14,7 +14,7 @@ from ..errors import InputError, RangeError, quoted
 from .drawing import Drawing, node_name, shapes
 from .motions import Plane, triad
 
-# [m] The extent of what is flat, to divide by.
+# [m] The extent of a flat scene, to divide by.
 LEAST_EXTENT = 1e-9
 # [m] The distance of the camera, and the size of the scene, where all is at one point.
 LEAST_DISTANCE = 1e-6
@@ -22,7 +22,7 @@ LEAST_DISTANCE = 1e-6
 BIAS = -0.0008
 # [of the scene's radius] Lines above the floor, so that neither hides the other.
 LIFTED = 6e-4
-# How far under its plane what stands for it is drawn, of the robot's radius.
+# A plane is drawn this far below its place, of the robot's radius.
 SUNK = 2e-3
 
 FIELD_OF_VIEW = 35.0  # degrees
@@ -63,7 +63,7 @@ class Camera:
         return {name: [float(x), float(z), -float(y)] for name, (x, y, z) in found.items()}
 
 
-# Where the camera stands, by name: along the world's axes.
+# The direction of the camera by name, along the world's axes.
 VIEWS = {
     "front": (1.0, 0.0, 0.12),
     "back": (-1.0, 0.0, 0.12),
@@ -79,8 +79,8 @@ def camera_of(
     """Return the camera of ``replay``: by name, by place, or for None one that fits.
 
     Raises:
-        InputError: no name of a view, no place, and no pair of places.
-        RangeError: the camera stands at its own target.
+        InputError: no name of a view, no position, and no pair of positions.
+        RangeError: the camera is at its own target.
     """
     if view is None:
         return fitting_camera(points, subject, planes)
@@ -91,13 +91,13 @@ def camera_of(
     pair = np.asarray(view, dtype=float) if np.shape(view) in ((3,), (2, 3)) else None
     if pair is None or not np.isfinite(pair).all():
         raise InputError(
-            "replay: camera must be a place (x, y, z) [m], a pair of a place and a target, or "
+            "replay: camera must be a position (x, y, z) [m], a pair of position and target, or "
             f"one of {', '.join(map(quoted, VIEWS))}; got {view!r}"
         )
     low, high = subject.min(axis=0), subject.max(axis=0)
     place, target = pair if pair.ndim == 2 else (pair, 0.5 * (low + high))
     if np.linalg.norm(place - target) < LEAST_DISTANCE:
-        raise RangeError.of("replay: camera", list(place), "a place apart from its target")
+        raise RangeError.of("replay: camera", list(place), "a position apart from its target")
     up = np.array([0.0, 0.0, 1.0])
     return Camera(place, target, up)
 
@@ -111,7 +111,7 @@ def fitting_camera(
     """Return a camera that sees all (n, 3) points, with the (m, 3) ``subject`` in the middle.
 
     It takes a picture of any shape from square to twice as wide as high, sees flat scenes from
-    their broad side, and stands in front of the ``planes``; a ``direction`` is kept as it is.
+    their broad side, and is in front of the ``planes``; a ``direction`` is kept as it is.
     """
     up = np.array([0.0, 0.0, 1.0])
     if planes and not any(plane.normal[2] > 0.5 for plane in planes):
@@ -160,11 +160,11 @@ def draw_stage(
     camera: Camera,
     bodies: np.ndarray | None = None,
 ) -> None:
-    """Draw light, ground, grid and background for what the (n, 3) points span.
+    """Draw light, ground, grid and background around the (n, 3) points.
 
     Args:
-        drawing: what is drawn on.
-        points: the corners of all that moves [m].
+        drawing: takes the commands.
+        points: the corners of all bodies and arrows [m].
         planes: those that contacts name; the ground is laid under everything if none is level.
         camera: its view.
         bodies: (n, 3) the corners of the bodies; ground above some of them is translucent.
@@ -175,7 +175,7 @@ def draw_stage(
     _background(drawing, camera, radius)
     _lights(drawing, middle, radius, camera.up)
     if not planes:
-        # Under everything; what is above the world's origin keeps that as its floor.
+        # Under everything; a scene above the world's origin has that as its floor.
         foot = np.array([middle[0], middle[1], min(low[2], 0.0)])
         planes = [Plane(foot, np.array([0.0, 0.0, 1.0]))]
     size = 6.0 * radius
@@ -184,7 +184,7 @@ def draw_stage(
         if bodies is not None and len(bodies):
             depth = float(((plane.origin - bodies) @ plane.normal).max())
             solid = solid and depth < DEEP * radius
-        # Just under the plane itself, or what lies on it would flicker.
+        # Just under the plane itself, or bodies on it would flicker.
         placement = plane.placement(middle) * pin.SE3(
             np.eye(3), np.array([0.0, 0.0, -SUNK * radius])
         )

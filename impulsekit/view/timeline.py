@@ -1,4 +1,4 @@
-"""``Timeline``: which instant of a motion is shown when, slowed down around impacts."""
+"""``Timeline``: the motion's time over playback time, slowed down around impacts."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class Timeline:
         slow_motion: float = 1.0,
         window: float = 0.05,
     ) -> Timeline:
-        """A timeline from ``start`` to ``end`` of a motion [s].
+        """Return a timeline from ``start`` to ``end`` of a motion [s].
 
         Args:
             impacts: instants around which the motion is slowed [s].
             speed: motion seconds for each second of playback.
-            slow_motion: what becomes of the speed near an impact, above 0 and up to 1.
-            window: how far from an impact that is so [s].
+            slow_motion: factor on the speed near an impact, above 0 and up to 1.
+            window: time before and after an impact with that factor [s].
 
         Raises:
             RangeError: a number outside its range.
@@ -87,15 +87,15 @@ class Timeline:
         return float(self.played[-1])
 
     def to_playback(self, t: float | np.ndarray) -> np.ndarray:
-        """Playback times of motion times [s]."""
+        """Return playback times of motion times [s]."""
         return np.interp(t, self.moved, self.played)
 
     def to_motion(self, t: float | np.ndarray) -> np.ndarray:
-        """Motion times of playback times [s]."""
+        """Return motion times of playback times [s]."""
         return np.interp(t, self.played, self.moved)
 
     def frames(self, fps: float, instants: Sequence[float] = ()) -> np.ndarray:
-        """(F,) playback times [s] of frames: ``fps`` a second, the end, and motion ``instants``.
+        """Return (F,) playback times [s]: ``fps`` frames a second, the end, motion ``instants``.
 
         Raises:
             RangeError: not above zero, or more frames than a page can hold.

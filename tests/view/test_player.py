@@ -209,7 +209,7 @@ def test_an_arrow_says_its_value_under_the_mouse_and_in_the_bar(opened, motion):
     (_, impact), *_ = motion.impacts
     said = f"floor: {np.linalg.norm(impact.contacts['floor'].impulse):.3g} N s, sliding"
     page.page.wait_for_function(
-        "said => document.getElementById('said').textContent === said", arg=said, timeout=20_000
+        "said => document.getElementById('impact').textContent === said", arg=said, timeout=20_000
     )
     blow = next(path for path in shown.arrows["floor"] if "/0/" in path)
     page.run("() => viewer.render()")
@@ -220,7 +220,7 @@ def test_an_arrow_says_its_value_under_the_mouse_and_in_the_bar(opened, motion):
     )
     page.page.keyboard.press("Home")
     page.page.wait_for_function(
-        "() => document.getElementById('said').textContent === ''", timeout=20_000
+        "() => document.getElementById('impact').textContent === ''", timeout=20_000
     )
 
 
@@ -238,7 +238,7 @@ def test_contact_forces_between_impacts(page, tmp_path):
     quarter = float(np.linalg.norm(motion.contacts["contacts[0]"].force(0.5)))
     assert quarter == pytest.approx(9.81 / 4, rel=1e-6)
     page.page.wait_for_function(
-        "said => document.getElementById('said').textContent.startsWith(said)",
+        "said => document.getElementById('impact').textContent.startsWith(said)",
         arg=f"contacts[0]: {quarter:.3g} N; contacts[1]: ",
         timeout=20_000,
     )

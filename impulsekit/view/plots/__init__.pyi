@@ -2,8 +2,8 @@ from .impacts import contact_cones as contact_cones
 from .impacts import energy_balance as energy_balance
 from .impacts import joint_reactions as joint_reactions
 from .impacts import velocity_jump as velocity_jump
-from .loads import load_history as load_history
 from .motions import energy_history as energy_history
+from .motions import load_history as load_history
 from .motions import momentum_history as momentum_history
 from .motions import stroboscope as stroboscope
 from .overview import overview as overview

@@ -17,13 +17,13 @@ INK = "#22303c"
 QUIET = "#8a96a1"
 BEFORE = "#8a96a1"
 AFTER = "#1a6bbf"
-BLOW = "#c8412b"
+IMPULSE = "#c8412b"
 # Colours for things without an order of their own.
 CYCLE = ("#1a6bbf", "#c8412b", "#2a9457", "#8a56a8", "#d9821a", "#4d8f9c", "#7a6a58")
 
 
 def axes_or_new(ax: Axes | None, height: float = 4.0) -> Axes:
-    """``ax``, or the axes of a new figure of pyplot's.
+    """Return ``ax``, or the axes of a new figure of pyplot's.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -37,7 +37,7 @@ def axes_or_new(ax: Axes | None, height: float = 4.0) -> Axes:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """A figure that belongs to no window: for a file, or a notebook, which shows it as PNG.
+    """Return a figure without a window: for a file, or a notebook, which shows it as PNG.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -51,14 +51,14 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def drawn_as(figure: Any, ending: str, **options: Any) -> bytes:
-    """A figure as the content of a file of this format."""
+    """Return a figure as the content of a file of this format."""
     drawn = io.BytesIO()
     figure.savefig(drawn, format=ending, **options)
     return drawn.getvalue()
 
 
 def check_picture(path: str | os.PathLike[str]) -> str:
-    """The format of a picture by its ending, once it is known that it can be written.
+    """Return the format of a picture by its ending, once it is known that it can be written.
 
     Raises:
         InputError: an ending that matplotlib does not know.
@@ -88,7 +88,7 @@ def save_figure(figure: Any, path: str | os.PathLike[str], **options: Any) -> No
 
 
 def ink() -> str:
-    """The colour of words and lines in the style that is set, light on a dark sheet."""
+    """Return the colour of words and lines in the style that is set, light on a dark sheet."""
     import matplotlib
 
     return str(matplotlib.rcParams["text.color"])
@@ -147,7 +147,7 @@ _SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1),
 
 
 def _boxes(ax: Axes, renderer: Any) -> list[Any]:
-    """Boxes that words must not cover: other words of these axes and their legend."""
+    """Return boxes that words must not cover: other words of these axes and their legend."""
     found = [text.get_window_extent(renderer) for text in ax.texts if text.get_visible()]
     legend = ax.get_legend()
     return [*found, *([legend.get_window_extent(renderer)] if legend else [])]
@@ -163,7 +163,7 @@ def tidy(ax: Axes) -> Axes:
 
 
 def plain(text: str) -> str:
-    """A name as it is: matplotlib would take what stands between dollars for a formula.
+    """Return a name as it is; matplotlib takes what stands between dollars for a formula.
 
     A long one loses its middle, or the names would leave no room for the picture.
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import RangeError, check_kind
 from ...scene.coefficients import static_friction
 from ..forms import speeds_of
-from .canvas import AFTER, BEFORE, BLOW, CYCLE, QUIET, axes_or_new, ink, on_sheet, plain, tidy
+from .canvas import AFTER, BEFORE, CYCLE, IMPULSE, QUIET, axes_or_new, ink, on_sheet, plain, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> Axes:
-    """Every joint speed before and after; rad/s and m/s on axes of their own.
+    """Draw every joint speed before and after; rad/s and m/s on axes of their own.
 
     Args:
         impact: the impact.
@@ -66,27 +66,18 @@ def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> 
 
 
 def _stacked(ax: Axes, shares: list[float]) -> list[Axes]:
-    """``ax`` and further axes below it that share its place, as high as ``shares`` say."""
+    """Return ``ax`` and further axes below it that share its place, as high as ``shares`` say."""
     if len(shares) < 2:
         return [ax][: len(shares)]
-    figure = ax.figure
-    spec = ax.get_subplotspec()
-    if spec is not None:
-        cells = spec.subgridspec(len(shares), 1, height_ratios=shares)
-        ax.set_subplotspec(cells[0])
-        return [ax, *(figure.add_subplot(cells[i]) for i in range(1, len(shares)))]
-    # Axes that stand where they were put: each gets its part of that place.
-    place = ax.get_position()
-    gap = 0.16 * place.height
-    height = place.height - gap * (len(shares) - 1)
-    panels, top = [], place.y1
-    for i, share in enumerate(shares):
-        size = height * share / sum(shares)
-        bounds = (place.x0, top - size, place.width, size)
-        panels.append(ax if i == 0 else figure.add_axes(bounds))
-        panels[-1].set_position(bounds)
-        top -= size + gap
-    return panels
+    figure, spec = ax.figure, ax.get_subplotspec()
+    if spec is None:
+        # Axes that stand where they were put: that place is divided.
+        place = ax.get_position()
+        edges = {"left": place.x0, "right": place.x1, "bottom": place.y0, "top": place.y1}
+        spec = figure.add_gridspec(1, 1, **edges)[0]
+    cells = spec.subgridspec(len(shares), 1, height_ratios=shares)
+    ax.set_subplotspec(cells[0])
+    return [ax, *(figure.add_subplot(cells[i]) for i in range(1, len(shares)))]
 
 
 PARTS = {
@@ -100,7 +91,7 @@ FAINT_BAR = 1e-10
 def joint_reactions(
     impact: Impact, ax: Axes | None = None, *, part: str = "force", rows: int = 30
 ) -> Axes:
-    """The reaction impulse of every moving joint, as bars of its size.
+    """Draw the reaction impulse of every moving joint, as bars of its size.
 
     Args:
         impact: the impact.
@@ -138,7 +129,7 @@ def joint_reactions(
 
 
 def reaction_sizes(impact: Impact, part: str) -> np.ndarray:
-    """(joints,) the sizes of one part of the reactions, zero where they are rounding."""
+    """Return (joints,): the sizes of one part of the reactions, zero where they are rounding."""
     where = PARTS[part][0]
     wrenches = np.array([impact.reactions[name] for name in impact.scene.robot.joint_names])
     wrenches = wrenches.reshape(-1, 6)
@@ -153,7 +144,7 @@ MOST_NAMES = 12
 
 
 def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
-    """The impulse of every contact point, tangential against normal, in its cone [N s].
+    """Draw the impulse of every contact point, tangential against normal, in its cone [N s].
 
     A point on the edge of the shaded wedge slides, one within it sticks. It is drawn to the
     right where friction points towards +x (or +y, +z, where it is largest along that axis),
@@ -219,7 +210,7 @@ def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
 
 
 def _listed(names: list[str]) -> str:
-    """A few names that share a place; of more, how many."""
+    """Return a few names that share a place; of more, how many."""
     names = list(dict.fromkeys(names))
     return ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
 
@@ -249,7 +240,7 @@ def energy_balance(impact: Impact, ax: Axes | None = None) -> Axes:
     levels = energy.before + np.cumsum([0.0, *works])
     starts = [0.0, *levels[:-1], 0.0]
     lengths = [energy.before, *works, energy.after]
-    colors = [BEFORE, *(CYCLE[2] if work >= 0.0 else BLOW for work in works), AFTER]
+    colors = [BEFORE, *(CYCLE[2] if work >= 0.0 else IMPULSE for work in works), AFTER]
     ax = axes_or_new(ax, 1.4 + 0.4 * len(lengths))
     y = np.arange(len(lengths))
     ax.barh(y, lengths, left=starts, height=0.6, color=colors)

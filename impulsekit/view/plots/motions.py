@@ -1,8 +1,9 @@
-"""A motion in plots: energy and momentum over time, and stroboscopic figures."""
+"""A motion in plots: energy, momentum and loads over time, and stroboscopic figures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +13,11 @@ from ...errors import RangeError, check_kind
 from ...motion.record.energies import energies_of, momenta_of
 from ...tolerances import NONZERO
 from ..motions import Shown, shown_motion
-from .canvas import BLOW, CYCLE, axes_or_new, ink, on_sheet, tidy
+from .canvas import CYCLE, IMPULSE, axes_or_new, ink, new_figure, on_sheet, plain, save_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ...motion.record.energies import States
     from ...robot import Robot
@@ -25,10 +27,14 @@ MOST_IMPACTS = 60
 CLOSEST = 1e-3
 # What stays below this share of the largest is rounding.
 FAINT = 1e-9
+# [of the duration] So long before an impact its force is still that of before.
+BESIDE = 1e-9
+# More curves in a panel are not told apart.
+MOST_CURVES = 6
 
 
 def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
-    """Kinetic and potential energy of a ``Trajectory`` over time [J].
+    """Draw kinetic and potential energy of a ``Trajectory`` over time [J].
 
     Args:
         motion: a ``Trajectory``; its impacts are marked.
@@ -61,7 +67,7 @@ def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
 
 
 def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear") -> Axes:
-    """Momentum of a ``Trajectory`` over time, in world axes.
+    """Draw the momentum of a ``Trajectory`` over time, in world axes.
 
     Args:
         motion: a ``Trajectory``; its impacts are marked.
@@ -98,7 +104,7 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
 
 
 def _with_jumps(motion: Any) -> tuple[np.ndarray, States]:
-    """Sample times and states, with both states of every impact: a jump is a vertical line."""
+    """Return times and states, with both states of every impact: a jump is a vertical line."""
     if not motion.impacts:
         return motion.t, (motion.q, motion.v)
     hits = np.repeat([time for time, _ in motion.impacts], 2)
@@ -129,10 +135,84 @@ def over_time(ax: Axes, motion: Any) -> Axes:
     """Finish axes over time: impacts as dashed lines, a legend."""
     for i, (time, _) in enumerate(list(motion.impacts)[:MOST_IMPACTS]):
         label = "impact" if i == 0 else None
-        ax.axvline(time, color=BLOW, linewidth=0.8, alpha=0.5, linestyle="--", label=label)
+        ax.axvline(time, color=IMPULSE, linewidth=0.8, alpha=0.5, linestyle="--", label=label)
     ax.set_xlabel("time [s]")
     ax.legend(frameon=False)
     return tidy(ax)
+
+
+def load_history(
+    motion: Any,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    joints: Sequence[str] | None = None,
+    samples: int = 400,
+) -> Figure:
+    """Draw the forces of a ``Trajectory`` over time: of its contacts, and in its joints.
+
+    Shown are sizes, in panels of one unit each: of the force on the first body of a contact,
+    and of the force and moment that the parent gives the child at a joint's origin. A panel
+    without a force is left out; dashed lines mark impacts, whose impulses are no forces.
+
+    Args:
+        motion: a ``Trajectory``.
+        path: where the figure is written, as PNG, SVG or PDF by its ending; None for nowhere.
+        joints: by name; None for the most loaded ones.
+        samples: how many times are evaluated, besides those around impacts.
+
+    Raises:
+        InputError: no ``Trajectory``; an ending that matplotlib does not know.
+        UnknownNameError: a joint that the robot does not have.
+        MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene, simulate
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> scene = Scene(ball, contacts=[Contact("ball", name="floor")])
+        >>> motion = simulate(scene, ball.neutral(), ball.velocity(), duration=0.2)
+        >>> [ax.get_ylabel() for ax in load_history(motion, samples=20).axes]
+        ['contact force [N]']
+    """
+    check_motion(motion, "load_history")
+    hits = np.array([time for time, _ in motion.impacts])
+    both_sides = [np.linspace(0.0, motion.duration, samples), hits, hits - BESIDE * motion.duration]
+    times = np.unique(np.concatenate(both_sides))
+    times = times[times >= 0.0]
+    forces = {name: contact.force(times) for name, contact in motion.contacts.items()}
+    names = motion.scene.robot.joint_names if joints is None else joints
+    wrenches = {name: motion.joints[name].reaction(times) for name in names}
+    panels = {
+        # The force of a stop is a part of what its joint carries.
+        "contact force [N]": {n: f for n, f in forces.items() if f.shape[1] == 3},
+        "force in joints [N]": {name: wrench[:, :3] for name, wrench in wrenches.items()},
+        "moment in joints [N m]": {name: wrench[:, 3:] for name, wrench in wrenches.items()},
+    }
+    curves = {label: _largest(own) for label, own in panels.items()}
+    scale = max((each.max() for own in curves.values() for each in own.values()), default=0.0)
+    kept = {
+        label: found
+        for label, own in curves.items()
+        if (found := {name: each for name, each in own.items() if each.max() > FAINT * scale})
+    }
+    figure = new_figure(8.0, 2.6 * max(len(kept), 1))
+    figure.suptitle(plain(motion.scene.robot.name))
+    axes = figure.subplots(len(kept), 1, sharex=True, squeeze=False)[:, 0] if kept else []
+    for ax, (label, own) in zip(axes, kept.items(), strict=True):
+        for color, (name, curve) in zip(CYCLE, own.items(), strict=False):
+            ax.plot(times, curve, color=color, linewidth=1.3, label=plain(name))
+        ax.set_ylabel(label)
+        ax.set_ylim(bottom=0.0)
+        over_time(ax, motion)
+        ax.label_outer()
+    if path is not None:
+        save_figure(figure, path, dpi=130)
+    return figure
+
+
+def _largest(vectors: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the (T,) sizes of the largest of some (T, 3) vectors."""
+    sizes = {name: np.linalg.norm(each, axis=1) for name, each in vectors.items()}
+    return dict(sorted(sizes.items(), key=lambda entry: -entry[1].max())[:MOST_CURVES])
 
 
 # Metres in a unit of length.
@@ -155,7 +235,7 @@ def stroboscope(
     ends: Sequence[str] = (),
     color: str | None = None,
 ) -> Axes:
-    """A mechanism as lines from joint to joint at several instants.
+    """Draw a mechanism as lines from joint to joint at several instants.
 
     Figures 2 and 3 of Chang & Huston 1995 are of this kind: the struck chain with its ends
     marked A and B, and the pendulum in feet.
@@ -225,7 +305,7 @@ def stroboscope(
 
 
 def _plane_of(shown: Shown) -> str:
-    """The two axes of the world along which the skeleton moves most, then is widest."""
+    """Return the two axes of the world along which the skeleton moves most, then is widest."""
     instants = np.linspace(shown.start, shown.end, LOOKS)
     poses = np.array([skeleton(shown.robot, q) for q in shown.at(instants)]).reshape(LOOKS, -1, 3)
     if not poses.size:
@@ -240,7 +320,7 @@ def _plane_of(shown: Shown) -> str:
 
 
 def skeleton(robot: Robot, q: np.ndarray) -> np.ndarray:
-    """(n, 2, 3) lines from joint to joint, and through the mass centres of the last links [m].
+    """Return (n, 2, 3): lines from joint to joint and through the last links' mass centres [m].
 
     A last link's line is as long as that of a uniform rod with its mass centre.
     """

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def overview(
     subject: Any, path: str | os.PathLike[str] | None = None, *, dark: bool = False
 ) -> Figure:
-    """The plots of an ``Impact`` or a ``Trajectory`` on one sheet, those with numbers in them.
+    """Draw the plots of an ``Impact`` or a ``Trajectory`` on one sheet, those with numbers in them.
 
     Args:
         subject: an ``Impact``, or a ``Trajectory`` with its energy and momentum histories.

@@ -12,7 +12,7 @@ from ...batch.study.store import open_study
 from ...batch.study.summary import is_valid, sizes_of, statuses_of
 from ...errors import InputError, ShapeError
 from ..forms import speeds_of
-from .canvas import AFTER, BLOW, CYCLE, QUIET, axes_or_new, new_figure, plain, save_figure, tidy
+from .canvas import AFTER, CYCLE, IMPULSE, QUIET, axes_or_new, new_figure, plain, save_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ def time_against_error(
     error: str = "relative error",
     per: str = "run time",
 ) -> Axes:
-    """Run times over errors of several methods, both logarithmic. Down and left is better.
+    """Draw run times over errors of several methods, both logarithmic. Down and left is better.
 
     Args:
         methods: by name, the errors of each run and the seconds it took.
@@ -77,7 +77,7 @@ def time_against_error(
 
 
 def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) -> None:
-    """Histograms of all quantities of a store, as a picture (by its ending: svg, png, pdf).
+    """Draw histograms of all quantities of a store into a picture (svg, png, pdf).
 
     Raises:
         InputError: there is no store of a study, or nothing in it is valid.
@@ -99,7 +99,7 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
 
 
 def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None = None) -> Axes:
-    """Recorded speeds of the first joint that have one unit, over time, and the impacts found.
+    """Draw recorded speeds of the first joint that have one unit, and the impacts found.
 
     Dots are slopes between samples; a line to the left of an impact is where the flight before
     it ended, to the right where the next begins.
@@ -146,7 +146,7 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
 
 
 def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
-    """The losses that were evaluated over one coefficient, with its value and interval.
+    """Draw the losses that were evaluated over one coefficient, with its value and interval.
 
     Args:
         fit: of ``fit_motion``.
@@ -171,7 +171,7 @@ def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
         )  # fmt: skip
     low, high = fit.intervals()[i]
     ax.axvspan(low, high, color=AFTER, alpha=0.12, linewidth=0)
-    ax.axvline(value, color=BLOW, linewidth=1.0)
+    ax.axvline(value, color=IMPULSE, linewidth=1.0)
     ax.set_xlabel(plain(name))
     ax.set_ylabel("mean loss")
     ax.set_ylim(bottom=0.0)
@@ -180,7 +180,7 @@ def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
 
 
 def identified_figure(found: Identification) -> Any:
-    """One figure: impacts of the recording with most of them, and a loss curve by parameter.
+    """Draw the impacts of the recording with most of them, and a loss curve by parameter.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
