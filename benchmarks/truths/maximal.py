@@ -13,7 +13,7 @@ gives the velocity changes Δx and, in λ, what each joint carries.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,7 +95,7 @@ def impact_of_free_bodies(
     right = numbers.zeros(size + extra, 1 + len(loops))
     right[:size, 0] = outside
     right[:size, 1:] = loops.T
-    solution = numbers.solve_general(matrix, right, _free_to_move)
+    solution = solve_general(numbers, matrix, right, _free_to_move)
     change, carried = solution[:size], -solution[size:]
 
     motion_before = _flat(*(part[None] for part in at.velocities(before)))[0]
@@ -211,3 +211,30 @@ def _free_to_move(_: int) -> Exception:
     return SingularMassError(
         "a body without inertia is free to move, so its velocity is not determined", joints=()
     )
+
+
+def solve_general(
+    numbers: Arithmetic, matrix: Array, right: Array, on_singular: Callable[[int], Exception]
+) -> Array:
+    """Solve ``matrix @ x = right`` by Gauss's elimination with row exchanges.
+
+    Args, returns: as ``Arithmetic.solve_symmetric``, the matrix any square one.
+    """
+    size = len(matrix)
+    work = matrix.copy()
+    columns = (right[:, None] if right.ndim == 1 else right).copy()
+    largest = max((abs(entry) for entry in work.flat), default=numbers.number(0))
+    for i in range(size):
+        best = i + int(np.argmax(np.abs(work[i:, i])))
+        if not abs(work[best, i]) > size * numbers.epsilon * largest:
+            raise on_singular(i)
+        if best != i:
+            work[[i, best]] = work[[best, i]]
+            columns[[i, best]] = columns[[best, i]]
+        factors = work[i + 1 :, i] / work[i, i]
+        work[i + 1 :, i + 1 :] -= np.outer(factors, work[i, i + 1 :])
+        columns[i + 1 :] -= np.outer(factors, columns[i])
+    for i in reversed(range(size)):
+        columns[i] /= work[i, i]
+        columns[:i] -= np.outer(work[:i, i], columns[i])
+    return columns.reshape(right.shape)

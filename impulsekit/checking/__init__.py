@@ -1,4 +1,4 @@
-"""An impact held against Chang & Huston's own method, which shares no code with Pinocchio.
+"""An impact beside Chang & Huston's own method, which shares no code with Pinocchio.
 
 robot ─► system ─┐
 scene ─► demands ┴► check ─► Check     differences, tolerances, a plain yes or no

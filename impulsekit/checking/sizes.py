@@ -241,7 +241,7 @@ def _without_cancelling(
 ) -> np.ndarray:
     """Return (n,) how large the generalized impulses of loads are if nothing in them cancels.
 
-    |f| (|v_l| + |ω_l| r) + |c| |ω_l|, by the partial velocities of the body that bears the force f
+    |f| (|v_l| + |ω_l| r) + |c| |ω_l|, by the partial velocities of the body with the force f
     and the couple c; r is the robot's reach and the distance of the point from the link's origin.
     """
     sizes = np.zeros(tree.n)

@@ -2,11 +2,11 @@ from .curves import Hertz as Hertz
 from .curves import HuntCrossley as HuntCrossley
 from .curves import MeasuredCurve as MeasuredCurve
 from .curves import PowerCurve as PowerCurve
-from .gears import GearPeak as GearPeak
-from .gears import gear_peaks as gear_peaks
 from .history import ForceHistory as ForceHistory
 from .history import force_history as force_history
+from .peaks import GearPeak as GearPeak
 from .peaks import PeakForces as PeakForces
+from .peaks import gear_peaks as gear_peaks
 from .peaks import peak_forces as peak_forces
 from .transient import ISO_TS_15066 as ISO_TS_15066
 from .transient import BodyRegion as BodyRegion

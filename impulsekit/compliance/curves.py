@@ -247,7 +247,7 @@ class MeasuredCurve:
             whole = 0.5 * (f + g) * (b - a)
             if left <= whole:
                 slope = (g - f) / (b - a)
-                # ½ s x² + f x = left, in the form that bears s → 0.
+                # ½ s x² + f x = left, in a form that holds for s → 0.
                 return a + 2.0 * left / (f + math.sqrt(max(f * f + 2.0 * slope * left, 0.0)))
             left -= whole
         raise RangeError.of(
@@ -273,7 +273,7 @@ class MeasuredCurve:
                 break
             slope = (g - f) / (b - a)
             left = start - self.energy(end)
-            # At the deepest point all is spent; what is left there is rounding.
+            # At the deepest point all is spent; the rest is rounding.
             w = 0.0 if end >= most else math.sqrt(max(2.0 * left / mass, 0.0))
             total += _time_on_spring(f, f + slope * (end - a), v, w, slope, mass)
             v = w

@@ -27,7 +27,7 @@ PER_CM2 = 1e4
 
 @dataclass(frozen=True)
 class BodyRegion:
-    """A region of the body: how heavy and stiff it is, and what it may bear.
+    """A region of the body: how heavy and stiff it is, and its limits.
 
     Attributes:
         name: of the region.
@@ -102,7 +102,7 @@ STILL = 1e-12
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TransientContact(OneLine):
-    """A transient contact of a robot with a person, beside what the body may bear.
+    """A transient contact of a robot with a person, beside the limits of the body.
 
     The person's region is a mass on a spring that the robot's point meets: with the reduced mass
     µ = 1/(1/m_H + 1/m_R), E = ½ µ v² and F = v √(µ K) (ISO/TS 15066, A.3.4). The standard puts
@@ -119,7 +119,7 @@ class TransientContact(OneLine):
         energy: transferred to the body [J].
         force: peak force [N].
         pressure: peak pressure [Pa]; None unless ``area`` was given.
-        force_limit, pressure_limit: what the region may bear in a transient contact [N, Pa].
+        force_limit, pressure_limit: limits of the region in a transient contact [N, Pa].
         permitted_speed: the largest speed along the direction that keeps the limits [m/s].
         within_limits: whether force, and pressure where known, keep them.
 

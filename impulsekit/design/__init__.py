@@ -1,9 +1,10 @@
 """The response of a robot to a blow, before any blow falls: where best to strike.
 
-response ─┬► ellipsoid     effective mass of a point, by direction
-          ├► least_blow    the least impulse that does what is wanted
-          └► sparing       what a joint bears: centre of percussion, sweet spot, worst case
-fit       coefficients and inertias from measured velocity jumps
+response ─┬► ImpactEllipsoid         effective mass of a point, by direction
+          ├► least_blow              the least impulse for a desired velocity change
+          ├► centre_of_percussion    what a joint carries, where a blow spares it
+          └► worst_case              the largest load over a box of coefficients and poses
+fit         coefficients and inertias from measured velocity jumps
 """
 
 import lazy_loader as _lazy

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # [m] Points nearer than this are one: coordinates of robots are given to micrometres.
 ONE_POINT = 1e-12
-# What a joint bears changes along a line by less than this share of itself: by rounding alone.
+# What a joint carries changes along a line by less than this share of itself: by rounding alone.
 UNMOVED = 1e-12
 # Of the line: how well the least is placed; its value errs by the square of that.
 PLACED = 1e-10

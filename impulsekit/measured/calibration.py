@@ -167,7 +167,7 @@ class Calibration(OneLine):
         """
         from scipy import stats
 
-        # As improbable by chance as three deviations are that many recordings make it.
+        # As improbable as three deviations of a normal distribution are.
         chance = stats.norm.sf(SURE)
         factor = stats.t.isf(chance, self.recordings - 1) if self.recordings > 1 else SURE
         sure = _is_sure(self.mass_centre, self.sigma["mass_centre"] * factor / SURE)

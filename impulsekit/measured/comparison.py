@@ -140,7 +140,7 @@ def _speeds(measurements: Sequence[Measurement]) -> tuple[float, ...]:
     return tuple(kept)
 
 
-# Impacts for each fold at least, to fit and to be held against.
+# Impacts for each fold at least, to fit and to be compared with.
 FEWEST_A_FOLD = 2
 # Resamples determine a probability to some 0.01.
 RESAMPLES = 4000

@@ -90,7 +90,7 @@ def flights_with_noise(
 def _left_by_fits(
     flight: Flight, recording: Recording, own: np.ndarray, sigma: np.ndarray
 ) -> list[np.ndarray]:
-    """Return (nv,) mean squares of what is left of pieces of a flight."""
+    """Return (nv,) mean squares of the residuals of pieces of a flight."""
     t, q, found = recording.t, recording.q, []
     for begin in range(0, len(own) - len(own) % PIECE, PIECE):
         piece = own[begin : begin + PIECE]

@@ -201,32 +201,6 @@ class Arithmetic:
             columns[:i] -= np.outer(lower[i, :i], columns[i])
         return (columns * scale[:, None]).reshape(right.shape)
 
-    def solve_general(
-        self, matrix: Array, right: Array, on_singular: Callable[[int], Exception]
-    ) -> Array:
-        """Solve ``matrix @ x = right`` by Gauss's elimination with row exchanges.
-
-        Args, returns: as :meth:`solve_symmetric`, the matrix any square one.
-        """
-        size = len(matrix)
-        work = matrix.copy()
-        columns = _as_columns(right).copy()
-        largest = max((abs(entry) for entry in work.flat), default=self.number(0))
-        for i in range(size):
-            best = i + int(np.argmax(np.abs(work[i:, i])))
-            if not abs(work[best, i]) > size * self.epsilon * largest:
-                raise on_singular(i)
-            if best != i:
-                work[[i, best]] = work[[best, i]]
-                columns[[i, best]] = columns[[best, i]]
-            factors = work[i + 1 :, i] / work[i, i]
-            work[i + 1 :, i + 1 :] -= np.outer(factors, work[i, i + 1 :])
-            columns[i + 1 :] -= np.outer(factors, columns[i])
-        for i in reversed(range(size)):
-            columns[i] /= work[i, i]
-            columns[:i] -= np.outer(work[:i, i], columns[i])
-        return columns.reshape(right.shape)
-
     def solve_minimum_norm(self, matrix: Array, right: Array) -> tuple[Array, int]:
         """Return the shortest x with ``matrix @ x = right``, for a matrix that may have lost rank.
 

@@ -37,7 +37,7 @@ class Body:
     """A rigid body B_k: a link of the URDF.
 
     Attributes:
-        parent: index of the body that its joint hangs on, or WORLD.
+        parent: index of the body above its joint, or WORLD.
         mass: kg.
         mass_centre: (3,) m, in the link's frame.
         inertia: (3, 3) kg m² about the mass centre, in axes of the link's frame.

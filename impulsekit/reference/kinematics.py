@@ -6,7 +6,7 @@ Chang & Huston 1995, eqs. (1)-(6): with generalized speeds y_l,
 
 where k is the body, l the speed and m the inertial axis. ω_klm and v_klm are the
 components of the partial angular velocity and of the partial velocity of the mass centre.
-They follow from body to body. A body k hangs on a body j; r is the vector from the origin
+They follow from body to body. A body k is joined to a body j; r is the vector from the origin
 of j to that of k, s_l and w_l are the directions in which the joint moves the origin of k
 and turns k. Then for the origin o
 
@@ -154,7 +154,7 @@ def freed_partials(
     """Return partial velocities of the speeds that a freed joint gains.
 
     Args:
-        body: index of the body below the joint. It and all that hangs on it move as one.
+        body: index of the body below the joint. It and all below it move as one.
         linear, angular: (d, 3) each, world axes: for each freed speed how the body's
             origin moves and how the body turns.
 

@@ -51,7 +51,7 @@ class Tree:
 
         Args:
             urdf: a path, or the XML itself.
-            root: "fixed", "planar" or "freeflyer": how the root link hangs on the world.
+            root: "fixed", "planar" or "freeflyer": how the root link is joined to the world.
             mimic: False reads a joint that mimics another as independent; True lets it
                 follow, without a speed of its own.
             arithmetic: doubles unless given.
@@ -131,7 +131,7 @@ class Tree:
         return self.bodies[self.body_of_joint(name)].joint
 
     def subtree(self, body: int) -> list[int]:
-        """Return indices of a body and all that hang on it."""
+        """Return the indices of a body and all below it."""
         below = {body}
         for index in range(body + 1, len(self.bodies)):
             if self.bodies[index].parent in below:

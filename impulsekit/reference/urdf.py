@@ -146,7 +146,7 @@ class _Reader:
             raise self._error(owner, f'its type "{kind}" is unknown; URDF knows {known}')
 
     def _root(self) -> str:
-        """Return the one link that is no joint's child; all others hang on it."""
+        """Return the one link that is no joint's child, above all others."""
         above: dict[str, str] = {}
         for name, joint in self.read_joints.items():
             if joint.child in above:
