@@ -243,6 +243,8 @@ class MeasuredCurve:
             RangeError: more than the curve holds.
         """
         left = energy
+        if not left > 0.0:
+            return 0.0
         for (a, f), (b, g) in pairwise(self._points):
             whole = 0.5 * (f + g) * (b - a)
             if left <= whole:

@@ -19,7 +19,7 @@ from ..robot.arrays import read_only
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
 from .curves import Curve, Hertz, HuntCrossley, PowerCurve
-from .viscous import Elastic, Phases, Sample, Viscous, phases_of
+from .viscous import Phases, Sample, Way, phases_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -58,7 +58,7 @@ class ForceHistory(OneLine):
     contact: str
     impulse: float
     _impact: Impact = field(repr=False)
-    _way: Elastic | Viscous = field(repr=False)
+    _way: Way = field(repr=False)
 
     @property
     def duration(self) -> float:
@@ -103,7 +103,7 @@ class ForceHistory(OneLine):
     @property
     def damping(self) -> float:
         """λ of ``HuntCrossley`` [s/m]; 0 for others."""
-        return float(getattr(self._way, "damping", 0.0))
+        return self._way.damping
 
     @cached_property
     def peak_reactions(self) -> Mapping[str, np.ndarray]:
@@ -241,13 +241,12 @@ def force_history(impact: Impact, curve: Curve, contact: str | int | None = None
     return ForceHistory(name, phases.impulse, impact, way)
 
 
-def way_of(phases: Phases, curve: Curve, where: str) -> Elastic | Viscous:
+def way_of(phases: Phases, curve: Curve, where: str) -> Way:
     """Return compression and restitution of a contact on a curve."""
-    if isinstance(curve, HuntCrossley):
-        return Viscous(phases, curve.stiffness, curve.exponent, where)
-    if isinstance(curve, Hertz):
-        return Elastic(phases, PowerCurve(curve.stiffness, curve.exponent))
-    return Elastic(phases, curve)
+    viscous = isinstance(curve, HuntCrossley)
+    if isinstance(curve, Hertz | HuntCrossley):
+        curve = PowerCurve(curve.stiffness, curve.exponent)
+    return Way(phases, curve, where, viscous)
 
 
 def checked_curve(curve: Curve, what: str) -> None:

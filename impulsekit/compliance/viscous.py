@@ -15,13 +15,13 @@ n λ r + (n + 1) L(λ r) = (n + 1) L(λ c).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError, RangeError
+from .curves import MeasuredCurve, PowerCurve
 
 # Energy that comes back beyond what was spent, by rounding.
 GAINED = 1e-9
@@ -100,92 +100,6 @@ class Sample(NamedTuple):
     indentation: float
     rate: float
     impulse: float
-
-
-class _Loading(Protocol):
-    """A curve on which a mass runs in."""
-
-    def force(self, indentation: float) -> float: ...
-    def energy(self, indentation: float) -> float: ...
-    def deepest(self, energy: float) -> float: ...
-    def time(self, indentation: float, mass: float, speed: float) -> float: ...
-
-
-@dataclass(frozen=True)
-class Elastic:
-    """Loading on a curve, unloading on the same curve over r δ, r the share regained.
-
-    Attributes:
-        phases: of the contact.
-        curve: the loading curve.
-    """
-
-    phases: Phases
-    curve: _Loading
-
-    @cached_property
-    def deepest(self) -> float:
-        """The largest indentation [m]."""
-        return self.curve.deepest(self.phases.spent)
-
-    @property
-    def remaining(self) -> float:
-        """The permanent indentation [m]."""
-        return (1.0 - self._share) * self.deepest
-
-    @property
-    def _share(self) -> float:
-        return min(self.phases.regained / self.phases.spent, 1.0)
-
-    @cached_property
-    def peak(self) -> float:
-        """The largest force [N]; that of a curve that softens may come before the deepest point."""
-        most = self.deepest
-        points = getattr(self.curve, "indentation", ())
-        before = [self.curve.force(d) for d in points if d < most]
-        return max([self.curve.force(most), *before])
-
-    @cached_property
-    def compression(self) -> float:
-        """The duration of the compression [s]."""
-        return self.curve.time(self.deepest, self.phases.mass_in, self.phases.approach)
-
-    @cached_property
-    def duration(self) -> float:
-        """The duration of the contact [s]."""
-        return self.compression + self._restitution_to(0.0)
-
-    def _restitution_to(self, elastic: float) -> float:
-        """Return the time from the deepest point to where ``elastic`` of its indentation is
-        left."""
-        share, out = self._share, self.phases
-        if out.separation == 0.0:
-            return 0.0
-        # Backwards it is a loading with mass r m and speed s/r on the same curve.
-        mass, speed = share * out.mass_out, out.separation / share
-        # r m (s/r)² is W_c twice over but for rounding; the deepest point has to be the same.
-        whole = self.curve.time(self.deepest, mass, speed)
-        return whole - self.curve.time(elastic, mass, speed)
-
-    def at(self, fraction: float) -> Sample:
-        """Return the sample at a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
-        phases, most, share = self.phases, self.deepest, self._share
-        if fraction <= 1.0:
-            depth = most * math.sin(0.5 * math.pi * fraction)
-            left = max(phases.spent - self.curve.energy(depth), 0.0)
-            rate = math.sqrt(2.0 * left / phases.mass_in) if fraction < 1.0 else 0.0
-            time = self.curve.time(depth, phases.mass_in, phases.approach)
-            impulse = phases.mass_in * (phases.approach - rate)
-            return Sample(time, self.curve.force(depth), depth, rate, impulse)
-        if phases.separation == 0.0:
-            return self.at(1.0)
-        depth = most * max(math.sin(0.5 * math.pi * (2.0 - fraction)), 0.0)
-        given = max(phases.spent - self.curve.energy(depth), 0.0) * share
-        rate = math.sqrt(2.0 * given / phases.mass_out)
-        time = self.compression + self._restitution_to(depth)
-        impulse = phases.mass_in * phases.approach + phases.mass_out * rate
-        force = self.curve.force(depth)
-        return Sample(time, force, self.remaining + share * depth, -rate, impulse)
 
 
 # Above this damping λ c, time is integrated over ln(1 + λ δ'), since 1 + λ δ' comes near 0.
@@ -298,87 +212,127 @@ def viscous_peak(
     return x, np.where(bad, np.nan, deepest), np.where(bad, np.nan, peak)
 
 
-class Viscous:
-    """F = k δ^n (1 + λ δ'), with λ from the restitution.
+class Way:
+    """A contact's way on a curve, F = (1 + λ δ') F(δ): in, and out again.
 
-    Time is ∫ dp/F, in which F ~ p^(n/(n + 1)) at both ends: quadrature of Gauss and Jacobi.
+    With a damper λ follows from the restitution, and unloading ends at δ = 0. Without one, λ = 0,
+    unloading follows the curve over r δ, r the share of the work regained. Everything is a function
+    of the rate δ': the energy of the spring, from it the indentation, and the time.
+
+    Attributes:
+        phases: of the contact.
+        damping: λ [s/m].
     """
 
-    def __init__(self, phases: Phases, stiffness: float, exponent: float, where: str) -> None:
+    def __init__(
+        self, phases: Phases, curve: PowerCurve | MeasuredCurve, where: str, viscous: bool
+    ) -> None:
+        self.phases, self._curve, self.damping = phases, curve, 0.0
+        self._share = min(phases.regained / phases.spent, 1.0)
+        if not viscous or not isinstance(curve, PowerCurve):
+            return
         if phases.separation == 0.0:
             raise RangeError.of(
                 f"{where}: restitution under HuntCrossley", 0, "above 0 (a damper stops no motion)"
             )
-        self.phases, self._k, self._n = phases, stiffness, exponent
-        self.remaining = 0.0
-        c, s = phases.approach, phases.separation
-        found = viscous_peak(c, s, phases.mass_in, phases.mass_out, stiffness, exponent)
-        self.damping, self.deepest, self.peak = (float(each) for each in found)
+        c, s, masses = phases.approach, phases.separation, (phases.mass_in, phases.mass_out)
+        found = viscous_peak(c, s, *masses, curve.stiffness, curve.exponent)
+        self.damping, _, self.peak = (float(each) for each in found)
+        self._share = 1.0
         if not self.damping >= 0.0:
             raise RangeError.of("HuntCrossley: restitution", s / c, "above 0.03")
 
-    def _depth(self, rate: Any, inwards: bool) -> np.ndarray:
-        """Return δ where it changes at rates."""
-        phases = self.phases
-        mass = phases.mass_in if inwards else phases.mass_out
-        end = phases.approach if inwards else -phases.separation
-        ends = (np.asarray(each, dtype=float) for each in (mass, self.damping, end, rate))
-        with np.errstate(all="ignore"):
-            return _depth_of(_stored(*ends), self._k, self._n)
+    @cached_property
+    def deepest(self) -> float:
+        """The largest indentation [m]."""
+        return self._curve.deepest(self._stored(0.0, True))
 
-    def _force(self, rate: Any, inwards: bool) -> np.ndarray:
-        return self._k * self._depth(rate, inwards) ** self._n * (1.0 + self.damping * rate)
+    @cached_property
+    def peak(self) -> float:
+        """The largest force [N]; that of a curve that softens may come before the deepest point."""
+        most = self.deepest
+        points = getattr(self._curve, "indentation", ())
+        before = [self._curve.force(d) for d in points if d < most]
+        return max([self._curve.force(most), *before])
+
+    @property
+    def remaining(self) -> float:
+        """The permanent indentation [m]."""
+        return (1.0 - self._share) * self.deepest
 
     @cached_property
     def compression(self) -> float:
         """The duration of the compression [s]."""
-        return self._time_near_end(0.0, True)
+        return self._time_near_end(0.0, self.deepest, True)
 
     @cached_property
     def duration(self) -> float:
         """The duration of the contact [s]."""
-        return self.compression + self._time_near_end(0.0, False)
+        return self.compression + self._time_near_end(0.0, self.deepest, False)
 
-    def _time_near_end(self, rate: float, inwards: bool) -> float:
-        """Return the time from the first contact to a rate, or from there to the last one [s]."""
-        phases, n, x = self.phases, self._n, self.damping
-        mass = phases.mass_in if inwards else phases.mass_out
-        end = phases.approach if inwards else -phases.separation
+    def at(self, fraction: float) -> Sample:
+        """Return the sample at a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
+        phases, inwards = self.phases, fraction <= 1.0 or self.phases.separation == 0.0
+        place = 0.5 * math.pi * (min(fraction, 1.0) if inwards else 2.0 - fraction)
+        mass, end = self._end(inwards)
+        if self.damping:
+            rate = end * math.cos(place) if place < 0.5 * math.pi else 0.0
+            elastic = self._curve.deepest(self._stored(rate, inwards))
+        else:
+            elastic = self.deepest * math.sin(place)
+            left = max(phases.spent - self._curve.energy(elastic), 0.0)
+            left *= 1.0 if inwards else self._share
+            rate = math.copysign(math.sqrt(2.0 * left / mass), end)
+            rate = rate if place < 0.5 * math.pi else 0.0
+        time, impulse = self._time_near_end(rate, elastic, inwards), mass * (end - rate)
+        depth = elastic
+        if not inwards:
+            time, impulse = self.duration - time, phases.impulse + impulse
+            depth = self.remaining + self._share * elastic
+        force = self._curve.force(elastic) * (1.0 + self.damping * rate)
+        return Sample(time, force, depth, rate, impulse)
+
+    def _end(self, inwards: bool) -> tuple[float, float]:
+        """Return mass and rate at the end of a phase."""
+        phases = self.phases
+        if inwards:
+            return phases.mass_in, phases.approach
+        return phases.mass_out, -phases.separation
+
+    def _stored(self, rate: float, inwards: bool) -> float:
+        """Return the energy of the spring where it changes at a rate."""
+        mass, end = self._end(inwards)
+        with np.errstate(all="ignore"):
+            stored = float(_stored(*map(np.asarray, (mass, self.damping, end, rate))))
+        return max(stored, 0.0)
+
+    def _time_near_end(self, rate: float, elastic: float, inwards: bool) -> float:
+        """Return the time from the first contact to a place, or from there to the last one [s]."""
+        (mass, end), curve = self._end(inwards), self._curve
         if end == rate:
             return 0.0
+        if self.damping == 0.0 or not isinstance(curve, PowerCurve):
+            # Backwards the way out is a loading with mass r m and speed s/r on the same curve.
+            share = 1.0 if inwards else self._share
+            return curve.time(elastic, share * mass, abs(end) / share)
+        k, n, x = curve.stiffness, curve.exponent, self.damping
         power = n / (n + 1.0)
         nodes, weights = _jacobi(-power)
-        if x * phases.approach > DAMPED:
+        if x * self.phases.approach > DAMPED:
             # Over y = ln(1 + λ δ') what is near 1 + λ δ' = 0 is far: dt = m dy/(λ k δ^n).
             start = 1.0 + x * end
             whole = abs(math.log(start / (1.0 + x * rate)))
             y = whole * nodes if inwards else -whole * nodes
-            depth = _depth_of(mass / (x * x) * (-start * np.expm1(-y) - y), self._k, n)
-            parts = mass / (x * self._k * depth**n)
+            depth = _depth_of(mass / (x * x) * (-start * np.expm1(-y) - y), k, n)
+            parts = mass / (x * k * depth**n)
         else:
             whole = mass * abs(end - rate)
-            parts = 1.0 / self._force(end - np.copysign(whole * nodes / mass, end), inwards)
+            rates = end - np.copysign(whole * nodes / mass, end)
+            with np.errstate(all="ignore"):
+                depth = _depth_of(_stored(*map(np.asarray, (mass, x, end, rates))), k, n)
+            parts = 1.0 / (k * depth**n * (1.0 + x * rates))
         # ∫ y^(−power) [y^power part(y)] dy from 0 to ``whole``.
         return float(weights @ ((whole * nodes) ** power * parts) * whole ** (1.0 - power))
-
-    def at(self, fraction: float) -> Sample:
-        """Return the sample at a place of the way: 0 to 1 in compression, 1 to 2 in restitution."""
-
-        phases = self.phases
-        if fraction <= 1.0:
-            rate = phases.approach * math.cos(0.5 * math.pi * fraction) if fraction < 1.0 else 0.0
-            time = self._time_near_end(rate, True)
-            impulse = phases.mass_in * (phases.approach - rate)
-            return self._sample(time, rate, impulse, True)
-        rate = -phases.separation * math.sin(0.5 * math.pi * (fraction - 1.0))
-        rate = -phases.separation if fraction == 2.0 else rate
-        time = self.duration - self._time_near_end(rate, False)
-        impulse = phases.mass_in * phases.approach - phases.mass_out * rate
-        return self._sample(time, rate, impulse, False)
-
-    def _sample(self, time: float, rate: float, impulse: float, inwards: bool) -> Sample:
-        force, depth = float(self._force(rate, inwards)), float(self._depth(rate, inwards))
-        return Sample(time, force, depth, rate, impulse)
 
 
 @cache
