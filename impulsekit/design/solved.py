@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..batch.derivatives import derivatives_batch
 from ..batch.solve import solve_batch
 from ..errors import InputError
-from ..impact.derivatives import derivatives
 from ..impact.solver import solve_without_warnings
 from ..scene import GapConstraint, GapContact, Scene
 from ..tolerances import NONZERO
@@ -84,18 +84,28 @@ class SolvedImpacts:
 
     def slopes(self, x: np.ndarray) -> dict[int, _Slopes]:
         """Return ∂v⁺/∂q and ∂v⁺/∂v⁻, each (nv, nv), of measurements with a covariance."""
-        slopes: dict[int, _Slopes] = {}
-        scenes: dict[Any, Scene] = {}
-        for i, m in enumerate(self._measurements):
-            if m.covariance is None:
+        found: dict[int, _Slopes] = {}
+        for scene, groups, rows, q, v, points in self._parts:
+            noisy = [self._measurements[k].covariance is not None for k in rows]
+            own, varied = scene, self._coefficients(scene, groups, x[None])
+            if self._varies_scene:
+                own, varied = changed_scene(scene, self._parameters, x, groups[0]), {}
+            if not any(noisy):
                 continue
-            scene = scene_of(m, self._parameters, x, scenes)
             if has_functions(scene):
-                slopes[i] = slopes_by_differences(scene, m.q, m.v_before)
-            else:
-                found = derivatives(solve_without_warnings(scene, m.q, m.v_before))
-                slopes[i] = found["v_after", "q"], found["v_after", "v"]
-        return slopes
+                scenes: dict[Any, Scene] = {}
+                for k in rows[noisy].tolist():
+                    m = self._measurements[k]
+                    each = scene_of(m, self._parameters, x, scenes)
+                    found[k] = slopes_by_differences(each, m.q, m.v_before)
+                continue
+            given: dict[str, Any] = {kind: each for kind, each in varied.items() if each}
+            if points:
+                given["points"] = points
+            batch = derivatives_batch(own, q, v, **given)
+            by_q, by_v = batch["v_after", "q"], batch["v_after", "v"]
+            found |= {int(k): (by_q[i], by_v[i]) for i, k in enumerate(rows) if noisy[i]}
+        return found
 
     def _with_derivatives(self, x: np.ndarray) -> list[_Solved]:
         scales = np.array([each.scale for each in self._parameters])
