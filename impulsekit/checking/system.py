@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from ..robot import Robot
     from ..robot.masses import Link
-    from ..robot.source import RobotPart
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 # A joint of Pinocchio as a row of simple ones, each of a kind and about or along an axis.
@@ -41,16 +40,9 @@ _SIMPLE: dict[str, tuple[tuple[str, tuple[float, ...] | None], ...]] = {
 }
 
 
-def system_of_model(robot: Robot, part: RobotPart, numbers: Arithmetic) -> KaneSystem:
-    """Return the Kane system of one part of a robot, placed in the world as in the robot.
-
-    Raises:
-        InputError: the model has a joint that the reference does not know.
-    """
-    return _Builder(robot, part.prefix, numbers).build()
-
-
 class _Builder:
+    """Builds the Kane system of one part of a robot, placed in the world as in the robot."""
+
     def __init__(self, robot: Robot, prefix: str, numbers: Arithmetic) -> None:
         self.robot, self.prefix, self.numbers = robot, prefix, numbers
         self.bodies: list[Body] = []
@@ -237,11 +229,7 @@ _kept: weakref.WeakKeyDictionary[Robot, dict[str, ReferenceRobot]] = weakref.Wea
 
 
 def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
-    """Return the reference's own reading of a robot's URDF, in the numbers given.
-
-    Raises:
-        InputError: the robot cannot be made by the reference; it says why.
-    """
+    """Read a robot anew; arguments and errors are those of ``reference_robot``."""
     parts: dict[str, KaneSystem] = {}
     placements = {}
     alone = [part.prefix for part in robot.parts] == [""]
@@ -249,22 +237,18 @@ def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
         name = (_ALONE if alone else part.prefix).removesuffix("/")
         if part.urdf is None or part.root not in ROOTS:
             # Read out of the whole model, where it is placed already.
-            parts[name] = system_of_model(robot, part, numbers)
+            parts[name] = _Builder(robot, part.prefix, numbers).build()
             continue
-        parts[name] = _system_of(part, numbers)
+        try:
+            parts[name] = KaneSystem.from_urdf(str(part.urdf), part.root, part.mimic, numbers)
+        except UrdfError as error:
+            raise _impossible(str(error)) from error
         if part.placement is not None:
             rows = [row[:3] for row in part.placement[:3]]
             placements[name] = ([row[3] for row in part.placement[:3]], rows)
     reference = ReferenceRobot(KaneSystem.combine(placements, **parts), _ALONE if alone else "")
     _same_order(robot, reference)
     return _with_rotors(reference, robot)
-
-
-def _system_of(part: RobotPart, numbers: Arithmetic) -> KaneSystem:
-    try:
-        return KaneSystem.from_urdf(str(part.urdf), part.root, part.mimic, numbers)
-    except UrdfError as error:
-        raise _impossible(str(error)) from error
 
 
 def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
