@@ -69,5 +69,9 @@ for name in ("models", "examples"):
 (GENERATED / "ipython/profile_default/startup/folder.py").write_text(
     f"import os\nos.chdir({str(GENERATED / 'work')!r})\n", encoding="utf-8"
 )
+# The build says what it does; kernels' warnings would hide it.
+(GENERATED / "ipython/profile_default/ipython_kernel_config.py").write_text(
+    "get_config().IPKernelApp.log_level = 40\n", encoding="utf-8"
+)
 os.environ["IPYTHONDIR"] = str(GENERATED / "ipython")
 os.environ.setdefault("MPLBACKEND", "module://matplotlib_inline.backend_inline")

@@ -28,9 +28,10 @@ _POLICY = (
 )
 
 _BAR = """<div id="bar" role="toolbar" aria-label="Playback">
-<button id="play" aria-label="Play"></button>
-<button id="previous" aria-label="Previous impact" title="Previous impact (p)"></button>
-<button id="next" aria-label="Next impact" title="Next impact (n)"></button>
+<button id="play" aria-label="Play">\u25b6\ufe0e</button>
+<button id="previous" aria-label="Previous impact"
+ title="Previous impact (p)">\u2759\u25c0\ufe0e</button>
+<button id="next" aria-label="Next impact" title="Next impact (n)">\u25b6\ufe0e\u2759</button>
 <div id="track"><div id="marks"></div>
 <input id="time" type="range" min="0" max="1" step="any" value="0" aria-label="Time"></div>
 <span id="clock" class="clock"></span>

@@ -2,6 +2,8 @@
 // The page's player: a bar, a legend and keys around meshcat's viewer. Names go into text
 // nodes alone, so none of them is ever read as markup.
 const replay = JSON.parse(document.getElementById("replay").textContent);
+// As text, for which browsers take no coloured picture.
+const [PLAY, PAUSE] = ["\u25b6\ufe0e", "\u275a\u275a"];
 let viewer;
 
 const byId = id => document.getElementById(id);
@@ -41,14 +43,9 @@ class Player {
 
   // Between two frames a pose is interpolated; at a frame it is exact.
   nearestFrame(t) {
-    const frames = this.frames;
-    if (!frames.length) return Math.min(Math.max(t, 0), this.duration);
-    let low = 0, high = frames.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (frames[middle] <= t) low = middle; else high = middle;
-    }
-    return t - frames[low] < frames[high] - t ? frames[low] : frames[high];
+    const after = this.frames.findIndex(frame => frame >= t);
+    const [low, high] = [this.frames.at(after > 0 ? after - 1 : after), this.frames.at(after)];
+    return t - low < high - t ? low : high ?? Math.min(Math.max(t, 0), this.duration);
   }
 
   seek(t) {
@@ -252,21 +249,6 @@ function buildLegend(stage) {
     element("span", { className: "row", textContent: note, title: note }, legend);
 }
 
-const SHAPES = {
-  play: "M2 1 L11 6 L2 11 Z", pause: "M2 1 H5 V11 H2 Z M7 1 H10 V11 H7 Z",
-  next: "M1 1 L7 6 L1 11 Z M8 1 H10.5 V11 H8 Z", previous: "M11 1 L5 6 L11 11 Z M1.5 1 H4 V11 H1.5 Z",
-};
-
-function icon(button, shape) {
-  const space = "http://www.w3.org/2000/svg";
-  const drawn = document.createElementNS(space, "svg");
-  drawn.setAttribute("viewBox", "0 0 12 12");
-  const path = document.createElementNS(space, "path");
-  path.setAttribute("d", SHAPES[shape]);
-  drawn.append(path);
-  button.replaceChildren(drawn);
-}
-
 function press(id, on) { byId(id).setAttribute("aria-pressed", String(on)); }
 const pressed = id => byId(id).getAttribute("aria-pressed") === "true";
 
@@ -277,8 +259,6 @@ function buildBar(player, stage) {
   for (const id of ["play", "time", "speed", "video"]) byId(id).disabled = !moves;
   for (const id of ["next", "previous"])
     byId(id).disabled = !(moves && player.impacts.length);
-  icon(byId("next"), "next");
-  icon(byId("previous"), "previous");
   for (const t of player.impacts.filter((_, i, all) => i % Math.ceil(all.length / 300) === 0))
     element("i", {}, byId("marks")).style.left = 100 * t / (player.duration || 1) + "%";
   const acts = {
@@ -396,7 +376,7 @@ function keepShowing(player) {
     slider.setAttribute("aria-valuetext", clock.textContent);
     if (playing !== player.animator.playing) {
       playing = player.animator.playing;
-      icon(byId("play"), playing ? "pause" : "play");
+      byId("play").textContent = playing ? PAUSE : PLAY;
       byId("play").setAttribute("aria-label", playing ? "Pause" : "Play");
       byId("play").title = (playing ? "Pause" : "Play") + " (space)";
     }
@@ -438,7 +418,7 @@ async function start() {
     listenToKeys(player, stage, buildBar(player, stage));
     nameOnHover(stage);
     if (!replay.play) viewer.animator.pause();
-    if (replay.clock) keepShowing(player); else icon(byId("play"), "play");
+    if (replay.clock) keepShowing(player);
     viewer.set_3d_pane_size();
     viewer.set_dirty();
     window.ready = true;

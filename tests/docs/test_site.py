@@ -30,3 +30,18 @@ def test_what_is_wrong_with_a_page_is_found(tmp_path, session_browser, body, fau
         assert faults == []
     else:
         assert any(re.fullmatch(f"index.html: {fault}", each) for each in faults), faults
+
+
+def test_a_blank_picture_is_found(tmp_path, session_browser):
+    from PIL import Image, ImageDraw
+
+    (tmp_path / "index.html").write_text(WHOLE.format(""))
+    (tmp_path / "_images").mkdir()
+    # A replay's sky and floor, without and with a thin arrow.
+    picture = Image.new("RGB", (640, 400), (230, 237, 245))
+    ImageDraw.Draw(picture).rectangle([0, 200, 640, 400], fill=(204, 209, 214))
+    picture.save(tmp_path / "_images/blank.png")
+    ImageDraw.Draw(picture).line([300, 100, 300, 180], fill=(199, 51, 33), width=3)
+    picture.save(tmp_path / "_images/arrow.png")
+    _, faults = examine(tmp_path, session_browser)
+    assert faults == ["blank.png: a blank picture"]

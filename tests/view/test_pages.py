@@ -152,28 +152,36 @@ SHAPES = {
 }
 
 
-def test_shapes_are_drawn_as_large_as_they_are(page, tmp_path):
+# The vertices of a node in the player's axes, of which y is up.
+CORNERS = """path => {
+    viewer.scene.updateMatrixWorld(true);
+    const points = [];
+    nodeAt(path).object.traverse(({ geometry, matrixWorld }) => {
+        const vertices = geometry?.attributes.position;
+        for (let i = 0; i < (vertices?.count ?? 0); i++)
+            points.push(...new MeshCat.THREE.Vector3()
+                .fromBufferAttribute(vertices, i).applyMatrix4(matrixWorld).toArray());
+    });
+    return points;
+}"""
+
+
+def test_shapes_are_drawn_where_and_as_large_as_they_are(page, tmp_path):
     model = pin.Model()
     root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
     model.appendBodyToJoint(root, pin.Inertia.Random(), pin.SE3.Identity())
     robot = ik.Robot.from_model(model)
-    for name, (shape, _) in SHAPES.items():
-        robot.visual_model.addGeometryObject(
-            pin.GeometryObject(name, root, 0, pin.SE3.Identity(), shape)
-        )
+    for i, (name, (shape, _)) in enumerate(SHAPES.items()):
+        place = pin.SE3(np.eye(3), np.array([i, 2.0 * i, 3.0 * i]))
+        robot.visual_model.addGeometryObject(pin.GeometryObject(name, root, 0, place, shape))
     ik.replay(Recording(robot, [0.0], [robot.neutral()]), tmp_path / "page.html", play=False)
     page.open(tmp_path / "page.html")
     for i, (name, (_, half)) in enumerate(SHAPES.items()):
         path = f"/impulsekit/bodies/1 root/{i} {name}"
-        ends = page.run(
-            """path => {
-                viewer.scene.updateMatrixWorld(true);
-                const node = viewer.scene_tree.find(path.split("/").filter(x => x)).object;
-                const box = new MeshCat.THREE.Box3().setFromObject(node);
-                return [...box.min.toArray(), ...box.max.toArray()];
-            }""",
-            path,
-        )
-        # The player's y is up.
-        x, y, z = half
-        assert ends == pytest.approx([-x, -z, -y, x, z, y], rel=2e-2), name
+        points = np.array(page.run(CORNERS, path)).reshape(-1, 3)[:, [0, 2, 1]] * [1, -1, 1]
+        points -= [i, 2 * i, 3 * i]
+        assert points.max(axis=0) == pytest.approx(half, rel=2e-2), name
+        assert points.min(axis=0) == pytest.approx([-x for x in half], rel=2e-2), name
+        if name == "cone":
+            top = points[points[:, 2] > 0.999 * half[2]]
+            assert np.abs(top[:, :2]).max() < 1e-6

@@ -167,6 +167,45 @@ def test_arrows_can_be_hidden_together_and_by_kind(opened):
     assert page.shown(f"{blow}/<object>")
 
 
+def test_arrows_fade_and_leave_room_for_those_of_the_next_impact(opened):
+    page, shown = opened
+    first, second = (
+        next(path for path in shown.arrows["floor"] if f"/{number}/" in path) for number in (0, 1)
+    )
+    opacity = """path => {
+        const seen = [];
+        nodeAt(path).object.traverse(({ material }) => {
+            if (material) seen.push(material.opacity);
+        });
+        return Math.max(...seen);
+    }"""
+    start, end = page.run("() => [replay.impacts[0].time, replay.impacts[0].end]")
+    seen = []
+    for share in (0.01, 0.7, 0.9):
+        page.seek(start + share * (end - start))
+        assert page.shown(first)
+        seen.append(page.run(opacity, first))
+    assert seen == pytest.approx([1.0, 0.75, 0.25], abs=0.02)
+    page.seek(page.run("() => replay.impacts[1].time"))
+    assert not page.shown(first)
+    assert page.shown(second)
+
+
+def test_follow_keeps_the_mass_centre_in_the_middle(opened):
+    page, shown = opened
+    off_centre = """() => {
+        viewer.render();
+        const point = stage.centre().project(viewer.camera);
+        return Math.max(Math.abs(point.x), Math.abs(point.y));
+    }"""
+    page.seek(0.0)
+    assert page.run(off_centre) > 0.05
+    page.page.get_by_role("button", name="Follow").click()
+    for share in (0.0, 0.4, 1.0):
+        page.seek(share * shown.duration)
+        assert page.run(off_centre) < 1e-6
+
+
 def on_screen(page, path, share=0.0):
     """Where a point of a node is in the window [px]: at this share of its greatest z."""
     return page.run(

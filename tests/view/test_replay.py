@@ -1,6 +1,8 @@
 """What a replay tells the player, without a browser."""
 
+import json
 import pathlib
+import re
 import sys
 import time
 
@@ -10,9 +12,7 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import (
-    ImpulsekitError,
-)
+from impulsekit.errors import ImpulsekitError, InputError, RangeError
 from impulsekit.measured import Recording
 from impulsekit.models import chain_urdf
 from impulsekit.scene import ReportPoint
@@ -72,6 +72,39 @@ def test_the_arrows_of_an_impact(chain):
     assert "impulse, the longest arrow 5 N s" in shown.html
     assert "couple impulse, the longest arrow 0.5 N m s" in shown.html
     assert "m/s" in shown.html
+
+
+def facts_of(shown):
+    """What the page's scripts read."""
+    return json.loads(re.search(r'id="replay">(.*?)</script>', shown.html)[1])
+
+
+def test_arrows_of_an_impact_end_at_the_next_one(chain):
+    robot = chain.scene.robot
+    hits = [(0.2, chain), (0.4, chain)]
+    motion = Recording(robot, [0.0, 1.0], [robot.neutral()] * 2, hits)
+    first, second = facts_of(ik.replay(motion, hold=5.0))["impacts"]
+    assert first["end"] == second["time"] > first["time"]
+    assert first["text"] == "blow: 5 N s; blow: 0.5 N m s, couple impulse"
+
+
+def camera_of(shown):
+    """The camera of a page, position and target in the scene's axes."""
+    camera = facts_of(shown)["camera"]
+    return [np.array([x, -z, y]) for x, y, z in (camera["position"], camera["target"])]
+
+
+def test_the_camera_is_where_it_is_put(chain):
+    for view, axis in (("front", 0), ("left", 1), ("top", 2)):
+        position, target = camera_of(ik.replay(chain, camera=view))
+        offset = position - target
+        assert offset[axis] == pytest.approx(np.linalg.norm(offset), rel=0.01)
+    position, target = camera_of(ik.replay(chain, camera=[[3, 2, 1], [0, 0.5, 0]]))
+    assert position == pytest.approx([3, 2, 1]) and target == pytest.approx([0, 0.5, 0])
+    with pytest.raises(RangeError, match='"front", "back", "left", "right", "top"'):
+        ik.replay(chain, camera="below")
+    with pytest.raises(InputError, match="a position"):
+        ik.replay(chain, camera=[1, 2])
 
 
 def test_coasting_keeps_a_loop_shut():
@@ -149,7 +182,7 @@ def test_it_is_drawn_into_a_running_window_too(chain):
     assert sent[-2][0] == b"set_animation"
 
 
-def test_a_dead_server_is_told_and_does_not_hang(chain, monkeypatch):
+def test_a_dead_server_is_an_error_and_does_not_hang(chain, monkeypatch):
     import zmq
 
     from impulsekit.view import page
