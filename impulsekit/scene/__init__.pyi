@@ -3,6 +3,7 @@ from .coefficients import FrictionTable as FrictionTable
 from .coefficients import Restitution as Restitution
 from .coefficients import RestitutionTable as RestitutionTable
 from .coefficients import StaticKinetic as StaticKinetic
+from .constraints import DistanceAnchor as DistanceAnchor
 from .constraints import FrameAnchor as FrameAnchor
 from .constraints import JointCoupling as JointCoupling
 from .constraints import JointLock as JointLock
@@ -10,8 +11,7 @@ from .constraints import PointAnchor as PointAnchor
 from .contacts import Collision as Collision
 from .contacts import Contact as Contact
 from .contacts import JointStop as JointStop
-from .distances import DistanceAnchor as DistanceAnchor
-from .distances import Rope as Rope
+from .contacts import Rope as Rope
 from .driven import Driven as Driven
 from .entries import Constraint as Constraint
 from .entries import ContactEntry as ContactEntry

@@ -5,20 +5,33 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
 from ..errors import InputError, RangeError, quoted
+from .entry import Checked
 from .functions import numbers_from
-from .numbers import Vector, keep, keep_table, not_negative, number, vector
+from .numbers import (
+    Check,
+    NotNegative,
+    Vector,
+    between,
+    keep_table,
+    not_negative,
+    number,
+    optional,
+    positive,
+)
+
+_coefficient = between(0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class SpeedTable:
     """Values by speed, linear between the points, constant beyond them.
 
-    Subclasses check a value in ``_coefficient``.
+    Subclasses name the check of a value.
 
     Attributes:
         speeds: (n,) [m/s, rad/s], 0 or more, rising.
@@ -30,23 +43,20 @@ class SpeedTable:
         RangeError: speeds that are negative or do not rise, a value that is not allowed.
     """
 
+    coefficient: ClassVar[Any] = staticmethod(number)
     speeds: tuple[float, ...]
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        keep_table(self, "speeds", self._coefficient, "0 or more, each above the last", 0.0)
+        keep_table(self, "speeds", self.coefficient, "0 or more, each above the last", 0.0)
 
     def __call__(self, speed: float) -> float:
         """The coefficient at a speed [m/s, rad/s]."""
         return float(np.interp(speed, self.speeds, self.values))
 
-    @staticmethod
-    def _coefficient(value: Any, what: str) -> float:
-        return number(value, what)
-
 
 @dataclass(frozen=True)
-class Restitution:
+class Restitution(Checked):
     """A coefficient that is zero below a capture speed.
 
     Attributes:
@@ -62,12 +72,8 @@ class Restitution:
         (0.8, 0.0)
     """
 
-    value: float
-    capture_speed: float = 0.0
-
-    def __post_init__(self) -> None:
-        keep(self, "Restitution", _coefficient, "value")
-        keep(self, "Restitution", not_negative, "capture_speed")
+    value: Annotated[float, _coefficient]
+    capture_speed: NotNegative = 0.0
 
     def __call__(self, approach_speed: float) -> float:
         """e at an approach speed."""
@@ -90,9 +96,7 @@ class RestitutionTable(SpeedTable):
         0.75
     """
 
-    @staticmethod
-    def _coefficient(value: Any, what: str) -> float:
-        return _coefficient(value, what)
+    coefficient = staticmethod(_coefficient)
 
 
 def checked_restitution(value: Any, what: str) -> float | Callable[[float], float]:
@@ -135,19 +139,12 @@ def restitution_at(
         raise
 
 
-def _coefficient(value: Any, what: str) -> float:
-    result = number(value, what)
-    if not 0.0 <= result <= 1.0:
-        raise RangeError.of(what, result, "0 to 1")
-    return result
-
-
 # A length that is 1 but for rounding: such a vector is kept as it is, to the last digit.
 UNIT_AXIS = 4e-16
 
 
 @dataclass(frozen=True)
-class StaticKinetic:
+class StaticKinetic(Checked):
     """µ of a contact that sticks, and of one that slips. ``friction=(0.6, 0.4)`` is the same.
 
     Attributes:
@@ -162,11 +159,10 @@ class StaticKinetic:
         (0.6, 0.4)
     """
 
-    static: float
-    kinetic: float
+    static: NotNegative
+    kinetic: NotNegative
 
-    def __post_init__(self) -> None:
-        keep(self, "StaticKinetic", not_negative, "static", "kinetic")
+    def _check(self, what: str) -> None:
         if self.kinetic > self.static:
             most = f"at most the static one, {self.static:g}"
             raise RangeError.of("StaticKinetic: kinetic", self.kinetic, most)
@@ -192,13 +188,11 @@ class FrictionTable(SpeedTable):
         0.5
     """
 
-    @staticmethod
-    def _coefficient(value: Any, what: str) -> float:
-        return not_negative(value, what)
+    coefficient = staticmethod(not_negative)
 
 
 @dataclass(frozen=True)
-class EllipticFriction:
+class EllipticFriction(Checked):
     """µ by direction: (P₁/µ₁)² + (P₂/µ₂)² ≤ P_n², with maximal dissipation.
 
     Slip ξ is opposed by P_t = −P_n (µ₁² ξ₁, µ₂² ξ₂)/√(µ₁² ξ₁² + µ₂² ξ₂²) (Goyal, Ruina &
@@ -216,19 +210,16 @@ class EllipticFriction:
         (0.0, 1.0, 0.0)
     """
 
-    first: float
-    second: float
+    first: NotNegative
+    second: NotNegative
     along: Vector = (1.0, 0.0, 0.0)
 
-    def __post_init__(self) -> None:
-        keep(self, "EllipticFriction", not_negative, "first", "second")
-        along = vector(self.along, "EllipticFriction: along")
-        length = math.hypot(*along)
+    def _check(self, what: str) -> None:
+        length = math.hypot(*self.along)
         if not length > 0.0:
-            raise RangeError.of("EllipticFriction: length of along", length, "above zero")
+            raise RangeError.of(f"{what}: length of along", length, "above zero")
         if abs(length - 1.0) > UNIT_AXIS:
-            along = tuple(x / length for x in along)
-        object.__setattr__(self, "along", along)
+            object.__setattr__(self, "along", tuple(x / length for x in self.along))
 
 
 Friction: TypeAlias = (
@@ -252,6 +243,32 @@ def checked_friction(value: Any, what: str) -> Any:
     if isinstance(value, tuple | list) and len(value) == 2:
         return StaticKinetic(*value)
     return not_negative(value, what)
+
+
+def checked_stiffness(value: Any, what: str) -> float | None:
+    """A number above 0, infinity, or None.
+
+    Raises:
+        RangeError, NotFiniteError.
+    """
+    if isinstance(value, float | np.floating) and value == math.inf:
+        return math.inf
+    return optional(positive)(value, what)
+
+
+def _or_material(check: Check) -> Check:
+    return lambda value, what: value if is_by_material(value) else check(value, what)
+
+
+RestitutionLike: TypeAlias = Annotated[float | Callable[[float], float], checked_restitution]
+FrictionLike: TypeAlias = Annotated[Friction, checked_friction]
+RestitutionOrMaterial: TypeAlias = Annotated[
+    float | Callable[[float], float] | Literal["material"], _or_material(checked_restitution)
+]
+FrictionOrMaterial: TypeAlias = Annotated[
+    Friction | Literal["material"], _or_material(checked_friction)
+]
+Stiffness: TypeAlias = Annotated[float | None, checked_stiffness]
 
 
 def is_plain(friction: Any) -> bool:

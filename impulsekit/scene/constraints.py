@@ -6,23 +6,26 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..errors import InputError, RangeError, ShapeError, quoted
+from ..robot import Robot
+from .entry import BetweenFrames, InJoint, check_one_degree
 from .numbers import (
+    Axes,
     Check,
+    Name,
     Names,
     Numbers,
     Vector,
     Velocity,
-    axes_name,
-    check_name,
     each,
     is_list,
     keep,
     number,
-    optional,
     text,
-    vector,
 )
-from .validation import Acting, BetweenFrames, InJoint
+
+HOLDS_NOTHING = "an anchor between them holds nothing"
+# Why the ends of what acts on a distance must be on two bodies.
+KEPT_ANYWAY = "their points keep their distance anyway"
 
 # The six directions of a frame, linear before angular.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -55,15 +58,17 @@ class PointAnchor(BetweenFrames):
         (0.0, 0.0, 0.0)
     """
 
-    frame: str
-    other: str = "world"
+    section, within = "constraints", HOLDS_NOTHING
+
+    frame: Name
+    other: Name = "world"
     at: Vector = (0.0, 0.0, 0.0)
     other_at: Vector | None = None
     velocity: Velocity = 0.0
-    name: str | None = None
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        what = check_ends(self, optional(vector), "a frame cannot be anchored to itself")
+    def _check(self, what: str) -> None:
+        _check_ends(self, what)
         keep(self, what, velocity_of(3), "velocity")
 
 
@@ -96,25 +101,63 @@ class FrameAnchor(BetweenFrames):
         5
     """
 
-    frame: str
-    other: str = "world"
+    section, within = "constraints", HOLDS_NOTHING
+
+    frame: Name
+    other: Name = "world"
     at: Vector = (0.0, 0.0, 0.0)
     other_at: Vector | None = None
     directions: tuple[str, ...] = DIRECTIONS
-    axes: str = "world"
+    axes: Axes = "world"
     velocity: Velocity = 0.0
-    name: str | None = None
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        what = check_ends(self, optional(vector), "a frame cannot be anchored to itself")
+    def _check(self, what: str) -> None:
+        _check_ends(self, what)
         given = _several(self.directions, f"{what}: directions")
         object.__setattr__(self, "directions", _directions(given, what))
-        axes_name(self.axes, f"{what}: axes")
         velocity = checked_velocity(self.velocity, len(self.directions), f"{what}: velocity")
         if isinstance(velocity, tuple):
             # Each number stays with its direction when these are put in order.
             velocity = tuple(velocity[given.index(d)] for d in self.directions)
         object.__setattr__(self, "velocity", velocity)
+
+
+@dataclass(frozen=True)
+class DistanceAnchor(BetweenFrames):
+    """Two points keep their distance: a massless rod with a ball joint at each end.
+
+    One row: the rate of the distance, n·(v_frame − v_other) with n from ``other_at`` to ``at``.
+    Its impulse is along n, positive where it pushes the points apart. In ``simulate`` the
+    distance stays what it is at the start.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at, other_at: the points, each in its own frame [m].
+        velocity: the rate of the distance after the impact [m/s]: a number, or "kept" for what
+            it was before.
+        name: its name in results; by default its index in the scene.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> DistanceAnchor("piston", "crank", at=[0, 0, 0.1], other_at=[0.05, 0, 0]).velocity
+        (0.0,)
+    """
+
+    section, within = "constraints", KEPT_ANYWAY
+
+    frame: Name
+    other: Name = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector = (0.0, 0.0, 0.0)
+    velocity: Velocity = 0.0
+    name: Name | None = None
+
+    def _check(self, what: str) -> None:
+        check_distance_ends(self, what)
+        keep(self, what, velocity_of(1), "velocity")
 
 
 @dataclass(frozen=True)
@@ -136,19 +179,25 @@ class JointLock(InJoint):
         0.0
     """
 
-    joint: str
-    velocity: Velocity = 0.0
-    name: str | None = None
+    section = "constraints"
 
-    def __post_init__(self) -> None:
-        text(self.joint, "JointLock: joint")
-        what = f'JointLock of "{self.joint}"'
+    joint: Name
+    velocity: Velocity = 0.0
+    name: Name | None = None
+
+    def _check(self, what: str) -> None:
         keep(self, what, velocity_of(None), "velocity")
-        check_name(self.name, what)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the joint, and the velocity its degrees of freedom."""
+        joint = robot.model.joints[robot.joint_id(self.joint, where)]
+        if isinstance(self.velocity, tuple) and len(self.velocity) != joint.nv:
+            what = f'{where}: velocity of joint "{self.joint}"'
+            raise ShapeError.of(what, (joint.nv,), (len(self.velocity),))
 
 
 @dataclass(frozen=True)
-class JointCoupling(Acting):
+class JointCoupling(InJoint):
     """Joints that move in a fixed ratio: a gear, a differential, a mimic joint.
 
     One row: y_joint − Σ ratio_i · y_other_i.
@@ -169,15 +218,15 @@ class JointCoupling(Acting):
         (0.5, 0.5)
     """
 
-    joint: str
+    section = "constraints"
+
+    joint: Name
     other: Names
     ratio: Numbers = 1.0
     velocity: Velocity = 0.0
-    name: str | None = None
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        text(self.joint, "JointCoupling: joint")
-        what = f'JointCoupling of "{self.joint}"'
+    def _check(self, what: str) -> None:
         others = _several(self.other, f"{what}: other")
         for other in others:
             text(other, f"{what}: other")
@@ -189,7 +238,11 @@ class JointCoupling(Acting):
         object.__setattr__(self, "other", others)
         object.__setattr__(self, "ratio", tuple(number(r, f"{what}: ratio") for r in ratios))
         keep(self, what, velocity_of(1), "velocity")
-        check_name(self.name, what)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the joints, with one degree of freedom each."""
+        for name in self.joint_names:
+            check_one_degree(robot, name, where, "a JointCoupling")
 
     @property
     def terms(self) -> tuple[tuple[str, float], ...]:
@@ -208,22 +261,15 @@ def velocity_keeping_lock(joint: str) -> JointLock:
     return JointLock(joint, velocity="kept", name=f"controlled {joint}")
 
 
-def check_ends(entry: Any, other_at: Check, why: str) -> str:
-    """Check what entries between two points share; gives the words that name the entry.
+def _check_ends(anchor: PointAnchor | FrameAnchor, what: str) -> None:
+    if anchor.frame == anchor.other:
+        raise InputError(f"{what}: a frame cannot be anchored to itself")
 
-    Args:
-        other_at: what the point in ``other`` has to be. why: not both in one frame.
-    """
-    kind = type(entry).__name__
-    text(entry.frame, f"{kind}: frame")
-    text(entry.other, f"{kind}: other")
-    what = f'{kind} of "{entry.frame}" to "{entry.other}"'
+
+def check_distance_ends(entry: Any, what: str) -> None:
+    """Prove that two points whose distance counts are in two frames."""
     if entry.frame == entry.other:
-        raise InputError(f"{what}: {why}")
-    keep(entry, what, vector, "at")
-    keep(entry, what, other_at, "other_at")
-    check_name(entry.name, what)
-    return what
+        raise InputError(f"{what}: two points of one frame keep their distance anyway")
 
 
 def _directions(directions: tuple[Any, ...], what: str) -> tuple[str, ...]:

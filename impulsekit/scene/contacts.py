@@ -1,4 +1,4 @@
-"""Unilateral contacts: a point on a plane, a joint at its stop, two bodies that collide."""
+"""Unilateral contacts: a point on a plane, a joint at its stop, colliding bodies, a rope."""
 
 from __future__ import annotations
 
@@ -6,44 +6,33 @@ import math
 from collections.abc import Callable
 from dataclasses import InitVar, dataclass
 from dataclasses import field as a_field
-from typing import Any, Literal
-
-import numpy as np
+from typing import Annotated, Any
 
 from ..errors import InputError, RangeError
 from ..robot import Robot
 from .coefficients import (
     ByTable,
-    Friction,
-    checked_friction,
-    checked_restitution,
-    is_by_material,
+    FrictionOrMaterial,
+    RestitutionLike,
+    RestitutionOrMaterial,
+    Stiffness,
     is_plain,
     keep_from_table,
 )
-from .numbers import (
-    Vector,
-    between,
-    check_name,
-    keep,
-    not_negative,
-    number,
-    optional,
-    positive,
-    text,
-    vector,
-)
-from .validation import Acting, InJoint
+from .constraints import KEPT_ANYWAY, check_distance_ends
+from .entry import BetweenFrames, Entry, InJoint, check_two_bodies
+from .numbers import Name, NotNegative, Number, Positive, Vector, between
 
 # A direction whose length is this near to 1 is left as it is given: dividing would only round it.
 UNIT = 1e-15
 
 # Longer or shorter normals are taken for a mistake, not for a direction.
 SHORTEST_NORMAL = 1e-9
+Tangential = Annotated[float, between(-1.0, 1.0)]
 
 
 @dataclass(frozen=True)
-class Contact(Acting):
+class Contact(Entry):
     """A contact of a point of a frame with a plane fixed in the world or in another frame.
 
     In ``solve`` it counts as touching whatever its gap. The impulse is the one that
@@ -92,31 +81,33 @@ class Contact(Acting):
         (0.0, 0.0, 1.0)
     """
 
-    frame: str
+    section, wording = "contacts", 'of "{frame}" against "{against}"'
+
+    frame: Name
     at: Vector = (0.0, 0.0, 0.0)
     normal: Vector = (0.0, 0.0, 1.0)
     origin: Vector = (0.0, 0.0, 0.0)
-    against: str = "world"
-    restitution: float | Callable[[float], float] | Literal["material"] = 0.0
-    friction: Friction | Literal["material"] = 0.0
-    tangential_restitution: float = 0.0
-    name: str | None = None
-    stiffness: float | None = None
-    adhesion: float = 0.0
+    against: Name = "world"
+    restitution: RestitutionOrMaterial = 0.0
+    friction: FrictionOrMaterial = 0.0
+    tangential_restitution: Tangential = 0.0
+    name: Name | None = None
+    stiffness: Stiffness = None
+    adhesion: NotNegative = 0.0
     active: Callable[[Any, Any], float] | None = None
-    rolling: float = 0.0
-    torsion: float = 0.0
-    holding_force: float = 0.0
+    rolling: NotNegative = 0.0
+    torsion: NotNegative = 0.0
+    holding_force: NotNegative = 0.0
     # Coefficients that a table of materials gave; ``dataclasses.replace`` hands them on.
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
     def __post_init__(self, _by_table: ByTable) -> None:
-        text(self.frame, "Contact: frame")
-        text(self.against, "Contact: against")
-        what = f'Contact of "{self.frame}" against "{self.against}"'
+        super().__post_init__()
+        keep_from_table(self, _by_table)
+
+    def _check(self, what: str) -> None:
         if self.frame == self.against:
             raise InputError(f"{what}: a frame does not touch itself")
-        keep(self, what, vector, "at", "normal", "origin")
         if self.active is not None and not callable(self.active):
             raise InputError(f"{what}: active must be a function of (q, v)")
         length = math.hypot(*self.normal)
@@ -126,9 +117,11 @@ class Contact(Acting):
         if abs(length - 1.0) > UNIT:
             x, y, z = self.normal
             object.__setattr__(self, "normal", (x / length, y / length, z / length))
-        _check_coefficients(self, what)
-        keep(self, what, not_negative, "adhesion", "holding_force")
-        keep_from_table(self, _by_table)
+        _check_tangential(self, what)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has both frames, on two bodies."""
+        check_two_bodies(robot, self.frame_names, where, "they cannot strike each other")
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -158,22 +151,32 @@ class JointStop(InJoint):
         2.0
     """
 
-    joint: str
-    lower: float | None = None
-    upper: float | None = None
-    restitution: float | Callable[[float], float] = 0.0
-    name: str | None = None
-    stiffness: float | None = None
+    section = "contacts"
 
-    def __post_init__(self) -> None:
-        text(self.joint, "JointStop: joint")
-        what = f'JointStop of "{self.joint}"'
-        keep(self, what, optional(number), "lower", "upper")
+    joint: Name
+    lower: Number | None = None
+    upper: Number | None = None
+    restitution: RestitutionLike = 0.0
+    name: Name | None = None
+    stiffness: Stiffness = None
+
+    def _check(self, what: str) -> None:
         if self.lower is not None and self.upper is not None and self.lower > self.upper:
             raise RangeError.of(f"{what}: lower", self.lower, f"at most upper, {self.upper:g}")
-        keep(self, what, checked_restitution, "restitution")
-        check_stiffness(self, what)
-        check_name(self.name, what)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the joint has one coordinate, with limits in order."""
+        joint = robot.model.joints[robot.joint_id(self.joint, where)]
+        if joint.nq != 1 or joint.nv != 1:
+            raise InputError(
+                f'{where}: joint "{self.joint}" has no single coordinate that could reach a stop '
+                "(a continuous joint has no limits)"
+            )
+        lower, upper = self.limits(robot)
+        if not lower <= upper:
+            raise InputError(
+                f"{where}: the lower limit {lower:g} is above the upper {upper:g}; give both"
+            )
 
     def limits(self, robot: Robot) -> tuple[float, float]:
         """Lower and upper limit, its own or the model's [rad, m]."""
@@ -185,7 +188,7 @@ class JointStop(InJoint):
 
 
 @dataclass(frozen=True)
-class Collision(Acting):
+class Collision(Entry):
     """A possible contact of two links, or of two pieces of collision geometry.
 
     Points, normals and gaps come from the geometry at the configuration of the impact; flat
@@ -211,27 +214,78 @@ class Collision(Acting):
         1e-05
     """
 
-    first: str
-    other: str
-    restitution: float | Callable[[float], float] | Literal["material"] = 0.0
-    friction: Friction | Literal["material"] = 0.0
-    tangential_restitution: float = 0.0
-    margin: float | None = None
-    name: str | None = None
-    stiffness: float | None = None
-    rolling: float = 0.0
-    torsion: float = 0.0
+    section, wording = "contacts", 'of "{first}" and "{other}"'
+
+    first: Name
+    other: Name
+    restitution: RestitutionOrMaterial = 0.0
+    friction: FrictionOrMaterial = 0.0
+    tangential_restitution: Tangential = 0.0
+    margin: Annotated[float, between(0.0, 1.0, "0 to 1 m")] | None = None
+    name: Name | None = None
+    stiffness: Stiffness = None
+    rolling: NotNegative = 0.0
+    torsion: NotNegative = 0.0
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
     def __post_init__(self, _by_table: ByTable) -> None:
-        text(self.first, "Collision: first")
-        text(self.other, "Collision: other")
-        what = f'Collision of "{self.first}" and "{self.other}"'
+        super().__post_init__()
+        keep_from_table(self, _by_table)
+
+    def _check(self, what: str) -> None:
         if self.first == self.other:
             raise InputError(f"{what}: a body does not collide with itself")
-        keep(self, what, optional(between(0.0, 1.0, "0 to 1 m")), "margin")
-        _check_coefficients(self, what)
-        keep_from_table(self, _by_table)
+        _check_tangential(self, what)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that both names have geometry, on two bodies."""
+        from ..robot.geometry import geometry_ids
+
+        ends = [geometry_ids(robot, name, where)[1] for name in (self.first, self.other)]
+        if ends[0] == ends[1]:
+            raise InputError(
+                f'{where}: "{self.first}" and "{self.other}" belong to one rigid body '
+                "and cannot collide"
+            )
+
+
+@dataclass(frozen=True)
+class Rope(BetweenFrames):
+    """Two points that a rope joins: no further apart than its length, and free when nearer.
+
+    A contact without friction whose gap is length − distance. It pulls and never pushes. In
+    ``solve`` it acts when the points are its length apart, or further; in ``simulate`` it jerks
+    taut as an impact. The impulse is the one that ``frame`` receives.
+
+    Attributes:
+        frame, other: the frames; "world" is the fixed one.
+        at, other_at: the points, each in its own frame [m].
+        length: the largest distance [m], above 0.
+        restitution: of the speed along the rope: as for ``Contact``.
+        name: its name in results; by default its index in the scene.
+        stiffness: as for ``Contact``.
+
+    Raises:
+        InputError, ShapeError, NotFiniteError, RangeError.
+
+    Example:
+        >>> Rope("ball", length=0.8, other_at=[0, 0, 2], restitution=0.3).other
+        'world'
+    """
+
+    section, within = "contacts", KEPT_ANYWAY
+
+    frame: Name
+    other: Name = "world"
+    at: Vector = (0.0, 0.0, 0.0)
+    other_at: Vector = (0.0, 0.0, 0.0)
+    length: Positive = 1.0
+    restitution: RestitutionLike = 0.0
+    name: Name | None = None
+    stiffness: Stiffness = None
+
+    def _check(self, what: str) -> None:
+        check_distance_ends(self, what)
 
 
 def adheres(entry: Any) -> bool:
@@ -244,22 +298,8 @@ def turns(entry: Any) -> bool:
     return bool(getattr(entry, "rolling", 0.0) or getattr(entry, "torsion", 0.0))
 
 
-def _check_coefficients(entry: Contact | Collision, what: str) -> None:
-    if not is_by_material(entry.restitution):
-        keep(entry, what, checked_restitution, "restitution")
-    if not is_by_material(entry.friction):
-        keep(entry, what, checked_friction, "friction")
-    keep(entry, what, not_negative, "rolling", "torsion")
-    keep(entry, what, between(-1.0, 1.0), "tangential_restitution")
+def _check_tangential(entry: Contact | Collision, what: str) -> None:
     if entry.tangential_restitution and not is_plain(entry.friction):
         raise InputError(
             f"{what}: tangential_restitution goes with a friction that is a number, or is 0"
         )
-    check_stiffness(entry, what)
-    check_name(entry.name, what)
-
-
-def check_stiffness(entry: Any, what: str) -> None:
-    """Prove that the stiffness of a contact is a number above 0, infinity, or None."""
-    if not (isinstance(entry.stiffness, float | np.floating) and entry.stiffness == math.inf):
-        keep(entry, what, optional(positive), "stiffness")

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, RangeError
+from .entry import InJoint
 from .functions import numbers_from
-from .numbers import check_name, text
-from .validation import InJoint
+from .numbers import Name
 
 # A size to measure differences by where all values are 0.
 LEAST_SIZE = 1e-6
@@ -59,20 +59,19 @@ class Driven(InJoint):
         0.6
     """
 
-    joint: str
+    section = "constraints"
+
+    joint: Name
     position: Callable[[float], float]
     velocity: Callable[[float], float] | None = None
     acceleration: Callable[[float], float] | None = None
-    name: str | None = None
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        text(self.joint, "Driven: joint")
-        what = f'Driven of "{self.joint}"'
+    def _check(self, what: str) -> None:
         for field in ("position", "velocity", "acceleration"):
             given = getattr(self, field)
             if not callable(given) and (given is not None or field == "position"):
                 raise InputError(f"{what}: {field} must be a function of time")
-        check_name(self.name, what)
         rates = Rates(self.position, f"{what}: position", 1)
         for field, order in (("velocity", 1), ("acceleration", 2)):
             given = getattr(self, field)

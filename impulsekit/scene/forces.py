@@ -7,31 +7,37 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
+from ..errors import InputError, ShapeError
 from ..robot import Robot
+from .entry import (
+    BetweenFrames,
+    Checked,
+    Entry,
+    InJoint,
+    check_frame_moves,
+    check_one_degree,
+)
 from .functions import numbers_from
 from .numbers import (
+    Axes,
+    Name,
+    NotNegative,
+    Number,
     Vector,
-    axes_name,
-    check_name,
+    choice,
     each,
-    keep,
     keep_table,
-    not_negative,
     number,
-    optional,
-    text,
     vector,
 )
-from .validation import check_frame_moves, check_one_degree, check_two_bodies
 
 
 @dataclass(frozen=True)
-class JointFriction:
+class JointFriction(InJoint):
     """Dry (Coulomb) friction in a joint with one degree of freedom.
 
     τ = −torque · sign(v) while the joint moves; while it stands still τ is whatever holds it, at
@@ -59,24 +65,20 @@ class JointFriction:
         (1.0, (1,))
     """
 
-    joint: str
-    torque: float
-    name: str | None = None
+    section, wording = "forces", 'in "{joint}"'
 
-    def __post_init__(self) -> None:
-        text(self.joint, "JointFriction: joint")
-        what = f'JointFriction in "{self.joint}"'
-        keep(self, what, not_negative, "torque")
-        check_name(self.name, what)
+    joint: Name
+    torque: NotNegative
+    name: Name | None = None
 
 
 # Which way springs act: in a joint on one side of the rest, between points by push or pull.
-_SIDES = ("both", "above", "below")
-_WAYS = ("both", "push", "pull")
+Side: TypeAlias = Annotated[str, choice("both", "above", "below")]
+Way: TypeAlias = Annotated[str, choice("both", "push", "pull")]
 
 
 @dataclass(frozen=True)
-class JointSpring:
+class JointSpring(InJoint):
     """A spring and a damper in a joint with one degree of freedom.
 
     τ = −stiffness · (q − rest) − damping · v. For a continuous joint q − rest is taken
@@ -101,24 +103,18 @@ class JointSpring:
         'above'
     """
 
-    joint: str
-    stiffness: float = 0.0
-    damping: float = 0.0
-    rest: float = 0.0
-    acts: str = "both"
-    name: str | None = None
+    section, wording = "forces", 'in "{joint}"'
 
-    def __post_init__(self) -> None:
-        text(self.joint, "JointSpring: joint")
-        what = f'JointSpring in "{self.joint}"'
-        keep(self, what, not_negative, "stiffness", "damping")
-        keep(self, what, number, "rest")
-        _check_choice(self.acts, _SIDES, f"{what}: acts")
-        check_name(self.name, what)
+    joint: Name
+    stiffness: NotNegative = 0.0
+    damping: NotNegative = 0.0
+    rest: Number = 0.0
+    acts: Side = "both"
+    name: Name | None = None
 
 
 @dataclass(frozen=True)
-class Spring:
+class Spring(BetweenFrames):
     """A spring and a damper between two points.
 
     The force on ``frame`` along the line from ``other_at`` to ``at`` is
@@ -143,30 +139,26 @@ class Spring:
         'world'
     """
 
-    frame: str
-    other: str = "world"
+    section, wording = "forces", 'from "{frame}" to "{other}"'
+    within = "a spring between them moves nothing"
+
+    frame: Name
+    other: Name = "world"
     at: Vector = (0.0, 0.0, 0.0)
     other_at: Vector = (0.0, 0.0, 0.0)
-    stiffness: float = 0.0
-    damping: float = 0.0
-    rest_length: float = 0.0
-    acts: str = "both"
-    name: str | None = None
+    stiffness: NotNegative = 0.0
+    damping: NotNegative = 0.0
+    rest_length: NotNegative = 0.0
+    acts: Way = "both"
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        text(self.frame, "Spring: frame")
-        text(self.other, "Spring: other")
-        what = f'Spring from "{self.frame}" to "{self.other}"'
+    def _check(self, what: str) -> None:
         if self.frame == self.other:
             raise InputError(f"{what}: a spring within one frame moves nothing")
-        keep(self, what, vector, "at", "other_at")
-        keep(self, what, not_negative, "stiffness", "damping", "rest_length")
-        _check_choice(self.acts, _WAYS, f"{what}: acts")
-        check_name(self.name, what)
 
 
 @dataclass(frozen=True)
-class PD:
+class PD(Checked):
     """A proportional-derivative law: τ = stiffness (target − q) + damping (velocity − v).
 
     Attributes:
@@ -184,16 +176,11 @@ class PD:
         20.0
     """
 
-    stiffness: float
-    damping: float = 0.0
-    target: float = 0.0
-    velocity: float = 0.0
-    limit: float | None = None
-
-    def __post_init__(self) -> None:
-        keep(self, "PD", not_negative, "stiffness", "damping")
-        keep(self, "PD", number, "target", "velocity")
-        keep(self, "PD", optional(not_negative), "limit")
+    stiffness: NotNegative
+    damping: NotNegative = 0.0
+    target: Number = 0.0
+    velocity: Number = 0.0
+    limit: NotNegative | None = None
 
 
 @dataclass(frozen=True)
@@ -225,7 +212,7 @@ class TorqueTable:
 
 
 @dataclass(frozen=True)
-class Actuator:
+class Actuator(InJoint):
     """A torque or force in a joint, along its own generalized speeds.
 
     Attributes:
@@ -244,22 +231,37 @@ class Actuator:
         (0.4,)
     """
 
-    joint: str
-    torque: float | tuple[float, ...] | PD | TorqueTable | Callable[[float, Any, Any], Any]
-    name: str | None = None
+    section, wording = "forces", 'in "{joint}"'
 
-    def __post_init__(self) -> None:
-        text(self.joint, "Actuator: joint")
-        what = f'Actuator in "{self.joint}"'
-        check_name(self.name, what)
+    joint: Name
+    torque: float | tuple[float, ...] | PD | TorqueTable | Callable[[float, Any, Any], Any]
+    name: Name | None = None
+
+    def _check(self, what: str) -> None:
         if isinstance(self.torque, PD) or callable(self.torque):
             return
         torque = tuple(number(x, f"{what}: torque") for x in each(self.torque))
         object.__setattr__(self, "torque", torque)
 
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the joint, and the torque its degrees of freedom."""
+        joint = robot.model.joints[robot.joint_id(self.joint, where)]
+        if isinstance(self.torque, PD | TorqueTable):
+            check_one_degree(robot, self.joint, where, f"a {type(self.torque).__name__}")
+        elif isinstance(self.torque, tuple) and len(self.torque) != joint.nv:
+            what = f'{where}: torque in joint "{self.joint}"'
+            raise ShapeError.of(what, (joint.nv,), (len(self.torque),))
+
+
+def _vector_or_function(value: Any, what: str) -> Any:
+    return value if callable(value) else vector(value, what)
+
+
+VectorInTime: TypeAlias = Annotated[Vector | Callable[[float], Any], _vector_or_function]
+
 
 @dataclass(frozen=True)
-class AppliedForce:
+class AppliedForce(Entry):
     """An external force and couple at a point of a frame.
 
     Attributes:
@@ -278,20 +280,23 @@ class AppliedForce:
         np.float64(10.0)
     """
 
-    frame: str
-    linear: Vector | Callable[[float], Any] = (0.0, 0.0, 0.0)
-    angular: Vector | Callable[[float], Any] = (0.0, 0.0, 0.0)
-    at: Vector = (0.0, 0.0, 0.0)
-    axes: str = "world"
-    name: str | None = None
+    section, wording = "forces", 'on "{frame}"'
 
-    def __post_init__(self) -> None:
-        text(self.frame, "AppliedForce: frame")
-        what = f'AppliedForce on "{self.frame}"'
-        keep(self, what, _vector_or_function, "linear", "angular")
-        keep(self, what, vector, "at")
-        axes_name(self.axes, f"{what}: axes")
-        check_name(self.name, what)
+    frame: Name
+    linear: VectorInTime = (0.0, 0.0, 0.0)
+    angular: VectorInTime = (0.0, 0.0, 0.0)
+    at: Vector = (0.0, 0.0, 0.0)
+    axes: Axes = "world"
+    name: Name | None = None
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame,)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the frame, and that it can move."""
+        check_frame_moves(robot, self.frame, where, "a force")
 
     @property
     def is_constant(self) -> bool:
@@ -319,44 +324,3 @@ class AppliedForce:
 
 
 Force = JointSpring | JointFriction | Spring | Actuator | AppliedForce
-
-
-def check_force(robot: Robot, force: Any, where: str) -> None:
-    """Prove that a force fits a robot.
-
-    Raises:
-        UnknownNameError: a frame or joint that the robot does not have.
-        ShapeError: a torque that does not have the joint's length.
-        InputError: a force that moves nothing, a spring, friction or PD in a joint with several
-            degrees of freedom, or something that is no force.
-    """
-    if isinstance(force, JointSpring):
-        check_one_degree(robot, force.joint, where, "a JointSpring")
-    elif isinstance(force, JointFriction):
-        check_one_degree(robot, force.joint, where, "a JointFriction")
-    elif isinstance(force, Spring):
-        why = "a spring between them moves nothing"
-        check_two_bodies(robot, (force.frame, force.other), where, why)
-    elif isinstance(force, Actuator):
-        joint = robot.model.joints[robot.joint_id(force.joint, where)]
-        if isinstance(force.torque, PD | TorqueTable):
-            check_one_degree(robot, force.joint, where, f"a {type(force.torque).__name__}")
-        elif isinstance(force.torque, tuple) and len(force.torque) != joint.nv:
-            what = f'{where}: torque in joint "{force.joint}"'
-            raise ShapeError.of(what, (joint.nv,), (len(force.torque),))
-    elif isinstance(force, AppliedForce):
-        check_frame_moves(robot, force.frame, where, "a force")
-    else:
-        raise InputError(
-            f"{where} must be a JointSpring, JointFriction, Spring, Actuator or AppliedForce, "
-            f"got {a_thing(force)}"
-        )
-
-
-def _vector_or_function(value: Any, what: str) -> Any:
-    return value if callable(value) else vector(value, what)
-
-
-def _check_choice(value: Any, allowed: tuple[str, ...], what: str) -> None:
-    if not isinstance(value, str) or value not in allowed:
-        raise RangeError.of(what, quoted(value), ", ".join(f'"{one}"' for one in allowed))

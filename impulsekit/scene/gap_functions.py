@@ -11,18 +11,29 @@ import pinocchio as pin
 
 from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError, a_thing
 from ..robot import Robot
-from .coefficients import checked_restitution
+from .coefficients import RestitutionLike, Stiffness
 from .constraints import velocity_of
-from .contacts import check_stiffness
+from .contacts import Tangential
+from .entry import Entry
 from .functions import numbers_from
-from .numbers import Velocity, between, check_name, keep, not_negative, number
-from .validation import Acting
+from .numbers import Name, NotNegative, Velocity, keep, number
 
 MOST_ROWS = 1000
 
 
+class _OfFunctions(Entry):
+    """An entry that functions of the configuration give."""
+
+    # What a function of q depends on is not known by name.
+    of_whole_robot: ClassVar[bool] = True
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Hold the gradient against differences, where its function is defined."""
+        check_gradient(robot, self, where)
+
+
 @dataclass(frozen=True)
-class GapConstraint(Acting):
+class GapConstraint(_OfFunctions):
     """Functions of the configuration that are kept: g(q) = 0, or g at its value at the start.
 
     A bead on a wire, a cam that drives its follower, a gear of varying ratio. The multipliers act
@@ -53,29 +64,26 @@ class GapConstraint(Acting):
         1
     """
 
+    section = "constraints"
+
     g: Callable[[Any], Any]
     gradient: Callable[[Any], Any] | None = None
     bias: Callable[[Any, Any], Any] | None = None
     rows: int = 1
     velocity: Velocity = 0.0
-    name: str | None = None
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        what = "GapConstraint"
+    def _check(self, what: str) -> None:
         _check_functions(self, what, ("g",), ("gradient", "bias"))
         rows = number(self.rows, f"{what}: rows")
         if rows != int(rows) or not 1 <= rows <= MOST_ROWS:
             raise RangeError.of(f"{what}: rows", self.rows, f"1 to {MOST_ROWS}")
         object.__setattr__(self, "rows", int(rows))
         keep(self, what, velocity_of(self.rows), "velocity")
-        check_name(self.name, what)
-
-    # What a function of q depends on is not known by name.
-    of_whole_robot: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
-class GapContact(Acting):
+class GapContact(_OfFunctions):
     """A contact whose gap is a function of the configuration: a cam and its follower, clearance.
 
     In ``solve`` it touches where the gap is zero or less. Impulses, forces and velocities are
@@ -102,28 +110,21 @@ class GapContact(Acting):
         0.0
     """
 
+    section = "contacts"
+
     gap: Callable[[Any], Any]
     normal: Callable[[Any], Any] | None = None
     tangents: Callable[[Any], Any] | None = None
-    restitution: float | Callable[[float], float] = 0.0
-    friction: float = 0.0
-    tangential_restitution: float = 0.0
-    name: str | None = None
-    stiffness: float | None = None
+    restitution: RestitutionLike = 0.0
+    friction: NotNegative = 0.0
+    tangential_restitution: Tangential = 0.0
+    name: Name | None = None
+    stiffness: Stiffness = None
 
-    def __post_init__(self) -> None:
-        what = "GapContact"
+    def _check(self, what: str) -> None:
         _check_functions(self, what, ("gap",), ("normal", "tangents"))
-        keep(self, what, checked_restitution, "restitution")
-        keep(self, what, not_negative, "friction")
-        keep(self, what, between(-1.0, 1.0), "tangential_restitution")
-        check_stiffness(self, what)
         if self.friction and self.tangents is None:
             raise InputError(f"{what}: friction needs tangents, the rows of its slip")
-        check_name(self.name, what)
-
-    # What a function of q depends on is not known by name.
-    of_whole_robot: ClassVar[bool] = True
 
 
 def _check_functions(

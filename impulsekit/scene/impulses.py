@@ -8,16 +8,16 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..errors import InputError, ShapeError, UnknownNameError, a_thing
+from ..errors import InputError, ShapeError, UnknownNameError
 from ..robot import Robot
 from ..robot.arrays import floats
 from ..robot.base import WORLD, WORLD_LINK
-from .numbers import Numbers, Vector, axes_name, check_name, each, keep, number, text, vector
-from .validation import Acting, InJoint, check_frame_moves
+from .entry import Entry, InJoint, check_frame_moves
+from .numbers import Axes, Name, Numbers, Vector, each, number
 
 
 @dataclass(frozen=True)
-class AppliedImpulse(Acting):
+class AppliedImpulse(Entry):
     """An external force impulse and couple impulse at a point of a frame.
 
     In Chang & Huston 1995, eq. (18), these are the integrals of F_k and M_k.
@@ -38,19 +38,21 @@ class AppliedImpulse(Acting):
         (0.0, 5.0, 0.0)
     """
 
-    frame: str
+    section, wording = "impulses", 'on "{frame}"'
+
+    frame: Name
     linear: Vector = (0.0, 0.0, 0.0)
     angular: Vector = (0.0, 0.0, 0.0)
     at: Vector = (0.0, 0.0, 0.0)
-    axes: str = "world"
-    name: str | None = None
+    axes: Axes = "world"
+    name: Name | None = None
 
-    def __post_init__(self) -> None:
-        text(self.frame, "AppliedImpulse: frame")
-        what = f'AppliedImpulse on "{self.frame}"'
-        keep(self, what, vector, "linear", "angular", "at")
-        axes_name(self.axes, f"{what}: axes")
-        check_name(self.name, what)
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the frame, and that it can move."""
+        way_out = 'strike a link that can move, or load the robot with root="freeflyer"'
+        if self.frame == WORLD and WORLD_LINK in robot.frame_names:
+            way_out = f'the link that its file calls "world" is "{WORLD_LINK}" here'
+        check_frame_moves(robot, self.frame, where, "an impulse", way_out)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -88,17 +90,23 @@ class JointImpulse(InJoint):
         (0.4,)
     """
 
-    joint: str
-    impulse: Numbers
-    name: str | None = None
+    section, wording = "impulses", 'in "{joint}"'
 
-    def __post_init__(self) -> None:
-        text(self.joint, "JointImpulse: joint")
-        what = f'JointImpulse in "{self.joint}"'
+    joint: Name
+    impulse: Numbers
+    name: Name | None = None
+
+    def _check(self, what: str) -> None:
         given = enumerate(each(self.impulse))
         impulse = tuple(number(x, f"{what}: impulse[{i}]") for i, x in given)
         object.__setattr__(self, "impulse", impulse)
-        check_name(self.name, what)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the joint, and the impulse its degrees of freedom."""
+        count = robot.model.joints[robot.joint_id(self.joint, where)].nv
+        if len(self.values) != count:
+            what = f'{where}: impulse in joint "{self.joint}"'
+            raise ShapeError.of(what, (count,), (len(self.values),))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -165,28 +173,3 @@ def with_numbers(
     stops = np.cumsum([len(entry.values) for entry in entries])[:-1]
     parts = np.split(numbers, stops) if entries else []
     return tuple(x.with_values(part.tolist()) for x, part in zip(entries, parts, strict=True))
-
-
-def check_impulse(robot: Robot, impulse: Any, where: str) -> None:
-    """Prove that an impulse fits a robot.
-
-    Raises:
-        UnknownNameError: a frame or joint that the robot does not have.
-        ShapeError: a joint impulse that does not have the joint's length.
-        InputError: an impulse on the world, or something that is no impulse.
-    """
-    if isinstance(impulse, AppliedImpulse):
-        way_out = 'strike a link that can move, or load the robot with root="freeflyer"'
-        if impulse.frame == WORLD and WORLD_LINK in robot.frame_names:
-            way_out = f'the link that its file calls "world" is "{WORLD_LINK}" here'
-        check_frame_moves(robot, impulse.frame, where, "an impulse", way_out)
-    elif isinstance(impulse, JointImpulse):
-        joint = robot.model.joints[robot.joint_id(impulse.joint, where)]
-        if len(impulse.values) != joint.nv:
-            raise ShapeError.of(
-                f'{where}: impulse in joint "{impulse.joint}"', (joint.nv,), (len(impulse.values),)
-            )
-    else:
-        raise InputError(
-            f"{where} must be an AppliedImpulse or a JointImpulse, got {a_thing(impulse)}"
-        )

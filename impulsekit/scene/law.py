@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from ..errors import InputError, RangeError, quoted
-from .numbers import between, keep
+from ..errors import InputError
+from .numbers import between, choice, keep
 
 Restitution = Literal["newton", "poisson", "stronge", "lzb"]
 Slip = Literal["end", "path"]
@@ -79,15 +79,9 @@ class Law:
     exponent: float = 1.5
 
     def __post_init__(self) -> None:
-        for name, allowed in (
-            ("restitution", RESTITUTIONS),
-            ("slip", SLIPS),
-            ("order", ORDERS),
-        ):
-            value = getattr(self, name)
-            if not (isinstance(value, str) and value in allowed):
-                wanted = " or ".join(f'"{word}"' for word in allowed)
-                raise RangeError.of(f"law: {name}", quoted(value), wanted)
+        words = {"restitution": RESTITUTIONS, "slip": SLIPS, "order": ORDERS}
+        for name, allowed in words.items():
+            keep(self, "law", choice(*allowed, separator=" or "), name)
         keep(self, "law", between(1.0, 10.0), "exponent")
         if self.restitution == "lzb":
             if self.order == "sequential":

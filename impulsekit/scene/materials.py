@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..errors import InputError, a_thing
 from ..robot import Robot
 from .coefficients import (
-    Friction,
+    FrictionLike,
+    RestitutionLike,
+    Stiffness,
     as_given,
     asks_for_materials,
-    checked_friction,
-    checked_restitution,
 )
 from .contacts import Collision, Contact
-from .numbers import keep, optional, positive, text
+from .entry import Checked
+from .numbers import Name, text
 
 
 @dataclass(frozen=True)
-class Material:
+class Material(Checked):
     """A material, and the links that are made of it.
 
     Attributes:
@@ -36,20 +36,21 @@ class Material:
         ('ball',)
     """
 
-    name: str
+    wording = '"{name}"'
+
+    name: Name
     links: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        text(self.name, "Material: name")
+    def _check(self, what: str) -> None:
         links = (self.links,) if isinstance(self.links, str) else self.links
-        what = f'Material "{self.name}": links'
+        what = f"{what}: links"
         if not isinstance(links, Sequence):
             raise InputError(f"{what} must be a list of names, got {a_thing(links)}")
         object.__setattr__(self, "links", tuple(text(link, what) for link in links))
 
 
 @dataclass(frozen=True)
-class MaterialPair:
+class MaterialPair(Checked):
     """The coefficients of two materials that touch, in either order.
 
     Only pairs that are listed count: no rule makes up e and µ out of two materials, for both are
@@ -68,20 +69,13 @@ class MaterialPair:
         0.9
     """
 
-    first: str
-    other: str
-    restitution: float | Callable[[float], float] = 0.0
-    friction: Friction = 0.0
-    stiffness: float | None = None
+    wording = 'of "{first}" and "{other}"'
 
-    def __post_init__(self) -> None:
-        text(self.first, "MaterialPair: first")
-        text(self.other, "MaterialPair: other")
-        what = f'MaterialPair of "{self.first}" and "{self.other}"'
-        keep(self, what, checked_restitution, "restitution")
-        keep(self, what, checked_friction, "friction")
-        if self.stiffness != math.inf:
-            keep(self, what, optional(positive), "stiffness")
+    first: Name
+    other: Name
+    restitution: RestitutionLike = 0.0
+    friction: FrictionLike = 0.0
+    stiffness: Stiffness = None
 
 
 def with_materials(

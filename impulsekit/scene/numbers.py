@@ -5,23 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
-
-if TYPE_CHECKING:
-    # What a user may give; what is kept is always a tuple.
-    Vector = Sequence[float] | np.ndarray
-    Numbers = float | Vector
-    Velocity = Numbers | Literal["kept"] | Callable[[float], Any]
-    Names = str | Sequence[str]
-else:
-    Vector = tuple[float, float, float]
-    # Checked by the entries themselves, which say in one sentence what is wrong.
-    Numbers = Velocity = Names = Any
-AXES = ("world", "local")
 
 # Of a value and what it is called: the value as it is kept.
 Check = Callable[[Any, str], Any]
@@ -195,11 +183,16 @@ def listed(value: Any, what: str) -> tuple[Any, ...]:
         raise InputError(f"{what} must be a list of numbers, got {a_thing(value)}") from None
 
 
-def axes_name(value: Any, what: str) -> str:
-    """ "world" or "local"."""
-    if value not in AXES:
-        raise RangeError.of(what, quoted(value), '"world" or "local"')
-    return str(value)
+def choice(*allowed: str, separator: str = ", ") -> Check:
+    """Return a check of words."""
+
+    def checked(value: Any, what: str) -> str:
+        if not isinstance(value, str) or value not in allowed:
+            words = separator.join(f'"{one}"' for one in allowed)
+            raise RangeError.of(what, quoted(value), words)
+        return value
+
+    return checked
 
 
 def text(value: Any, what: str) -> str:
@@ -211,7 +204,18 @@ def text(value: Any, what: str) -> str:
     return value
 
 
-def check_name(name: str | None, what: str) -> None:
-    """Prove that an entry has a name that can be read, or none."""
-    if name is not None:
-        text(name, f"{what}: name")
+Name: TypeAlias = Annotated[str, text]
+Number: TypeAlias = Annotated[float, number]
+NotNegative: TypeAlias = Annotated[float, not_negative]
+Positive: TypeAlias = Annotated[float, positive]
+Axes: TypeAlias = Annotated[str, choice("world", "local", separator=" or ")]
+if TYPE_CHECKING:
+    # What a user may give; what is kept is always a tuple.
+    Vector = Sequence[float] | np.ndarray
+    Numbers = float | Vector
+    Velocity = Numbers | Literal["kept"] | Callable[[float], Any]
+    Names = str | Sequence[str]
+else:
+    Vector = Annotated[tuple[float, float, float], vector]
+    # Checked by the entries themselves, which say in one sentence what is wrong.
+    Numbers = Velocity = Names = Any

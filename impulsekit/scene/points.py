@@ -7,11 +7,28 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, a_thing
-from .numbers import Vector, keep, optional, text, vector
+from .entry import Checked
+from .numbers import Name, Vector
+
+
+class _Labelled(Checked):
+    """A point of a frame that may have a label."""
+
+    wording = 'on "{frame}"'
+    frame: str
+    at: Vector
+    label: str | None
+
+    @property
+    def title(self) -> str:
+        """The label, or the frame with the point where it is not the frame's origin."""
+        if self.label is not None:
+            return self.label
+        return self.frame + (f" {self.at}" if any(self.at) else "")
 
 
 @dataclass(frozen=True)
-class ReportPoint:
+class ReportPoint(_Labelled):
     """A point of a frame, with the name that a report gives it.
 
     Attributes:
@@ -27,22 +44,9 @@ class ReportPoint:
         (1.0, 0.0, 0.0)
     """
 
-    frame: str
+    frame: Name
     at: Vector = (0.0, 0.0, 0.0)
-    label: str | None = None
-
-    def __post_init__(self) -> None:
-        text(self.frame, "ReportPoint: frame")
-        what = f'ReportPoint on "{self.frame}"'
-        keep(self, what, vector, "at")
-        keep(self, what, optional(text), "label")
-
-    @property
-    def title(self) -> str:
-        """The label, or the frame with the point where it is not the frame's origin."""
-        if self.label is not None:
-            return self.label
-        return self.frame + (f" {self.at}" if any(self.at) else "")
+    label: Name | None = None
 
 
 def report_points(value: Any, what: str) -> tuple[ReportPoint, ...]:
@@ -69,7 +73,7 @@ def report_points(value: Any, what: str) -> tuple[ReportPoint, ...]:
 
 
 @dataclass(frozen=True)
-class DesignPoint:
+class DesignPoint(_Labelled):
     """A point where a robot may be struck, and what is of interest there.
 
     Attributes:
@@ -90,22 +94,9 @@ class DesignPoint:
         'fore_arm (0.0, 0.0, 0.2)'
     """
 
-    frame: str
+    frame: Name
     at: Vector = (0.0, 0.0, 0.0)
     direction: Vector | None = None
-    joint: str | None = None
+    joint: Name | None = None
     until: Vector | None = None
-    label: str | None = None
-
-    def __post_init__(self) -> None:
-        text(self.frame, "DesignPoint: frame")
-        what = f'DesignPoint on "{self.frame}"'
-        keep(self, what, optional(vector), "at", "direction", "until")
-        keep(self, what, optional(text), "joint", "label")
-
-    @property
-    def title(self) -> str:
-        """The label, or the frame with the point where it is not the frame's origin."""
-        if self.label is not None:
-            return self.label
-        return self.frame + (f" {self.at}" if any(self.at) else "")
+    label: Name | None = None

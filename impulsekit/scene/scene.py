@@ -24,11 +24,20 @@ if TYPE_CHECKING:
     from typing import Unpack
 
     from .contacts import Collision
-    from .entries import Constraint, ContactEntry
+    from .entries import Constraint, ContactEntry, FromFile, SceneEntries
     from .forces import Force
-    from .from_robot_file import FromFile, SceneEntries
     from .impulses import AppliedImpulse, JointImpulse
     from .materials import Material, MaterialPair
+
+
+# The lists of a scene, and what may stand in them.
+_SECTIONS = {
+    "impulses": "an AppliedImpulse or a JointImpulse",
+    "constraints": "a PointAnchor, FrameAnchor, DistanceAnchor, JointLock, JointCoupling, Driven "
+    "or GapConstraint",
+    "contacts": "a Contact, JointStop, Collision, Rope or GapContact",
+    "forces": "a JointSpring, JointFriction, Spring, Actuator or AppliedForce",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,17 +106,14 @@ class Scene(Displayed):
         if not isinstance(self.robot, Robot):
             raise InputError(f"Scene: robot is {a_thing(self.robot)}, not a Robot")
         set_field = object.__setattr__
-        set_field(self, "impulses", _entries(self.impulses, "impulses"))
-        set_field(self, "constraints", _entries(self.constraints, "constraints"))
-        set_field(self, "contacts", _entries(self.contacts, "contacts"))
+        for kind in (*_SECTIONS, "materials"):
+            set_field(self, kind, _entries(getattr(self, kind), kind))
         if collisions is not None:
             set_field(self, "contacts", (*self.contacts, *_all_collisions(self.robot, collisions)))
-        set_field(self, "forces", _entries(self.forces, "forces"))
         set_field(self, "controlled", _names(self.controlled, "controlled"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         if self.gap_bound != math.inf:
             keep(self, "Scene", not_negative, "gap_bound")
-        set_field(self, "materials", _entries(self.materials, "materials"))
         if self.materials or self.contacts:
             from .coefficients import asks_for_materials
             from .materials import with_materials
@@ -118,11 +124,8 @@ class Scene(Displayed):
         self._check_entries()
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
-        self._check_law()
-        self._check_stiffness()
-        self._check_adhesion()
-        self._check_turning()
-        self._check_friction()
+        for i, contact in enumerate(self.contacts):
+            _check_law(self.law, contact, f"contacts[{i}]")
         self._check_names()
 
     @classmethod
@@ -135,7 +138,7 @@ class Scene(Displayed):
                 to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
                 or "all"), ``file_turning`` (True: rolling and torsional friction too),
                 ``restitution`` (0) of those contacts, ``joint_damping`` and ``joint_friction``
-                (False). See ``impulsekit.scene.from_robot_file.entries_of``.
+                (False). See ``impulsekit.scene.entries.entries_of``.
 
         Raises:
             RangeError, InputError: as ``entries_of``, and what ``Scene`` raises.
@@ -147,7 +150,7 @@ class Scene(Displayed):
             >>> scene.contacts[0].restitution
             0.5
         """
-        from .from_robot_file import entries_of
+        from .entries import entries_of
 
         return cls(robot, **entries_of(robot, **entries))
 
@@ -180,102 +183,22 @@ class Scene(Displayed):
         object.__setattr__(scene, "impulses", impulses)
         return scene
 
-    def _check_law(self) -> None:
-        if self.law.slip == "end" and self.law.restitution == "newton":
-            return
-        for i, contact in enumerate(self.contacts):
-            if getattr(contact, "tangential_restitution", 0.0):
-                raise InputError(
-                    f"contacts[{i}]: tangential restitution has no meaning with "
-                    f'restitution="{self.law.restitution}", slip="{self.law.slip}"; it belongs to '
-                    'Law(restitution="newton", slip="end"), or is 0'
-                )
-
-    def _check_stiffness(self) -> None:
-        if self.law.restitution != "lzb":
-            return
-        for i, contact in enumerate(self.contacts):
-            if contact.stiffness is None:
-                raise InputError(
-                    f'contacts[{i}]: restitution="lzb" needs the stiffness of every contact; give '
-                    "stiffness=, of which only ratios count"
-                )
-
-    def _check_adhesion(self) -> None:
-        from .contacts import Contact, adheres
-
-        for i, contact in enumerate(self.contacts):
-            if not (isinstance(contact, Contact) and adheres(contact)):
-                continue
-            law, what = self.law, "adhesion" if contact.adhesion else "holding_force"
-            if (law.restitution, law.slip, law.order) != ("newton", "end", "simultaneous"):
-                raise InputError(
-                    f"contacts[{i}]: {what} belongs to Law(), without words of its own; under "
-                    "other laws it is 0"
-                )
-            if callable(contact.restitution) or contact.restitution:
-                raise InputError(
-                    f"contacts[{i}]: a contact with {what} holds what it touches: restitution "
-                    f"must be 0, got {contact.restitution}"
-                )
-
-    def _check_turning(self) -> None:
-        from .contacts import adheres
-
-        for i, contact in enumerate(self.contacts):
-            if not (getattr(contact, "rolling", 0.0) or getattr(contact, "torsion", 0.0)):
-                continue
-            law = self.law
-            if (
-                adheres(contact)
-                or law.restitution not in ("newton", "poisson")
-                or (law.slip, law.order) != ("end", "simultaneous")
-            ):
-                raise InputError(
-                    f"contacts[{i}]: rolling and torsion need Newton's or Poisson's law with "
-                    'slip="end" and order="simultaneous", without adhesion; else set both to 0'
-                )
-
-    def _check_friction(self) -> None:
-        from .coefficients import is_plain
-
-        law = self.law
-        usual = law.restitution in ("newton", "poisson")
-        if usual and (law.slip, law.order) == ("end", "simultaneous"):
-            return
-        for i, contact in enumerate(self.contacts):
-            if not is_plain(getattr(contact, "friction", 0.0)):
-                raise InputError(
-                    f"contacts[{i}]: friction other than a number needs Newton's or Poisson's law "
-                    'with slip="end" and order="simultaneous"; for other laws give a number'
-                )
-
     def _check_entries(self) -> None:
-        # The module of a kind is loaded only where the scene has entries of that kind.
-        if self.impulses:
-            from .impulses import check_impulse
-
-            for i, impulse in enumerate(self.impulses):
-                check_impulse(self.robot, impulse, f"impulses[{i}]")
-        if self.constraints:
-            from .entries import check_constraint
-
-            for i, constraint in enumerate(self.constraints):
-                check_constraint(self.robot, constraint, f"constraints[{i}]")
-        if self.controlled:
-            from .entries import check_controlled
-
-            check_controlled(self.robot, self.controlled, self.constraints)
-        if self.contacts:
-            from .entries import check_contact
-
-            for i, contact in enumerate(self.contacts):
-                check_contact(self.robot, contact, f"contacts[{i}]")
-        if self.forces:
-            from .forces import check_force
-
-            for i, force in enumerate(self.forces):
-                check_force(self.robot, force, f"forces[{i}]")
+        for kind, known in _SECTIONS.items():
+            for i, entry in enumerate(getattr(self, kind)):
+                if getattr(entry, "section", "") != kind:
+                    raise InputError(f"{kind}[{i}] must be {known}, got {a_thing(entry)}")
+                entry.check_robot(self.robot, f"{kind}[{i}]")
+        held = [entry.joint_names for entry in self.constraints]
+        for i, name in enumerate(self.controlled):
+            self.robot.joint_id(name, f"controlled[{i}]")
+            if name in self.controlled[:i]:
+                raise InputError(f'controlled[{i}]: joint "{name}" is named twice')
+            if (name,) in held:
+                raise InputError(
+                    f'controlled[{i}]: a JointLock holds joint "{name}" already; '
+                    "leave one of the two out"
+                )
 
     def _check_names(self) -> None:
         kinds = ("impulses", "held", "contacts", "forces")
@@ -312,6 +235,50 @@ class Scene(Displayed):
             locks = self.held[len(self.constraints) :]
             return (*self.entry_names("constraints"), *(str(lock.name) for lock in locks))
         return tuple(entry.name or f"{kind}[{i}]" for i, entry in enumerate(getattr(self, kind)))
+
+
+def _check_law(law: Law, contact: Any, where: str) -> None:
+    """Prove that a law has what a contact asks of it."""
+    from .coefficients import is_plain
+    from .contacts import adheres, turns
+
+    at_once = (law.slip, law.order) == ("end", "simultaneous")
+    usual = at_once and law.restitution in ("newton", "poisson")
+    given = 'slip="end" and order="simultaneous"'
+    if getattr(contact, "tangential_restitution", 0.0) and not (
+        law.slip == "end" and law.restitution == "newton"
+    ):
+        raise InputError(
+            f'{where}: tangential restitution has no meaning with restitution="{law.restitution}", '
+            f'slip="{law.slip}"; it belongs to Law(restitution="newton", slip="end"), or is 0'
+        )
+    if law.restitution == "lzb" and contact.stiffness is None:
+        raise InputError(
+            f'{where}: restitution="lzb" needs the stiffness of every contact; give stiffness=, of '
+            "which only ratios count"
+        )
+    if adheres(contact):
+        what = "adhesion" if contact.adhesion else "holding_force"
+        if not (at_once and law.restitution == "newton"):
+            raise InputError(
+                f"{where}: {what} belongs to Law(), without words of its own; under other laws it "
+                "is 0"
+            )
+        if callable(contact.restitution) or contact.restitution:
+            raise InputError(
+                f"{where}: a contact with {what} holds what it touches: restitution must be 0, got "
+                f"{contact.restitution}"
+            )
+    if turns(contact) and (adheres(contact) or not usual):
+        raise InputError(
+            f"{where}: rolling and torsion need Newton's or Poisson's law with {given}, without "
+            "adhesion; else set both to 0"
+        )
+    if not (usual or is_plain(getattr(contact, "friction", 0.0))):
+        raise InputError(
+            f"{where}: friction other than a number needs Newton's or Poisson's law with {given}; "
+            "for other laws give a number"
+        )
 
 
 def _entries(value: Any, what: str) -> tuple[Any, ...]:

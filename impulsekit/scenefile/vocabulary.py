@@ -32,9 +32,8 @@ from ..scene.coefficients import (
     RestitutionTable,
     StaticKinetic,
 )
-from ..scene.constraints import FrameAnchor, JointCoupling, JointLock, PointAnchor
-from ..scene.contacts import Collision, Contact, JointStop
-from ..scene.distances import DistanceAnchor, Rope
+from ..scene.constraints import DistanceAnchor, FrameAnchor, JointCoupling, JointLock, PointAnchor
+from ..scene.contacts import Collision, Contact, JointStop, Rope
 from ..scene.forces import (
     PD,
     Actuator,

@@ -1,0 +1,164 @@
+"""The base of the entries of a scene: fields checked when made, and held against a robot."""
+
+from __future__ import annotations
+
+import functools
+import typing
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Annotated, Any, ClassVar
+
+from ..errors import InputError
+from ..robot import Robot
+from ..robot.base import WORLD
+from .numbers import Check, keep, optional, text
+
+
+class Checked:
+    """A frozen dataclass whose fields are kept as the checks in their types give them.
+
+    A type is ``Annotated`` with a function of the value and of what it is called.
+
+    Attributes:
+        wording: begins the sentences of errors, with fields that are names in braces.
+    """
+
+    wording: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        own: Any = type(self)
+        kind = own.__name__
+        names, others = _checks_of(own)
+        for name in names:
+            keep(self, kind, text, name)
+        what = f"{kind} {self.wording}".rstrip().format_map(vars(self))
+        for name, check in others:
+            keep(self, what, check, name)
+        self._check(what)
+
+    def _check(self, what: str) -> None:
+        """Check what no field has by itself; ``what`` begins the sentences."""
+
+
+@functools.cache
+def _checks_of(kind: Any) -> tuple[list[str], list[tuple[str, Check]]]:
+    """The fields of a class that are names, and checks of the others."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+    checks = [(item.name, _check_of(hints[item.name])) for item in fields(kind)]
+    names = [name for name, check in checks if check is text]
+    return names, [(name, check) for name, check in checks if check not in (text, None)]
+
+
+def _check_of(hint: Any) -> Check | None:
+    if typing.get_origin(hint) is Annotated:
+        return next((check for check in hint.__metadata__ if callable(check)), None)
+    options = typing.get_args(hint)
+    if len(options) != 2 or type(None) not in options:
+        return None
+    check = next(filter(None, map(_check_of, options)), None)
+    return None if check is None else optional(check)
+
+
+class Entry(Checked):
+    """An entry of a scene.
+
+    Attributes:
+        section: the list of ``Scene`` that it belongs to.
+    """
+
+    section: ClassVar[str] = ""
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return ()
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that it fits a robot; ``where`` begins the sentences.
+
+        Raises:
+            UnknownNameError: a frame or joint that the robot does not have.
+            InputError: it would act within one rigid body, or in a joint of another kind.
+            ShapeError: as many numbers as the joint does not have degrees of freedom.
+        """
+
+
+class BetweenFrames(Entry):
+    """One that acts between two points, each in its frame."""
+
+    wording = 'of "{frame}" to "{other}"'
+    # Why both ends are to be on two bodies.
+    within: ClassVar[str] = ""
+    frame: str
+    other: str
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """The frames it acts on."""
+        return (self.frame, self.other)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that a robot has both frames, on two bodies."""
+        check_two_bodies(robot, self.frame_names, where, self.within)
+
+
+class InJoint(Entry):
+    """One that acts in a joint."""
+
+    wording = 'of "{joint}"'
+    joint: str
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints it acts in."""
+        return (self.joint,)
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that a robot has the joint, with one degree of freedom."""
+        check_one_degree(robot, self.joint, where, f"a {type(self).__name__}")
+
+
+def check_two_bodies(robot: Robot, frames: Sequence[str], where: str, why: str) -> None:
+    """Prove that a robot has both frames, on two bodies; ``why`` else nothing happens.
+
+    Raises:
+        UnknownNameError: a frame that the robot does not have.
+        InputError: both are on one rigid body.
+    """
+    first, other = frames
+    joints = [robot.model.frames[robot.frame_id(name, where)].parentJoint for name in frames]
+    if joints[0] == joints[1]:
+        body = "the world" if joints[0] == 0 else "one rigid body"
+        raise InputError(f'{where}: "{first}" and "{other}" both belong to {body}; {why}')
+
+
+def check_frame_moves(robot: Robot, frame: str, where: str, what: str, advice: str = "") -> None:
+    """Prove that a robot has a frame, and that it can move.
+
+    Raises:
+        UnknownNameError: the robot does not have it.
+        InputError: it is fixed to the world.
+    """
+    if robot.model.frames[robot.frame_id(frame, where)].parentJoint == 0:
+        whole = "the world" if frame == WORLD else f'"{frame}", fixed to the world,'
+        raise InputError(f"{where}: {what} on {whole} moves nothing{advice and '; ' + advice}")
+
+
+def check_one_degree(robot: Robot, joint: str, where: str, what: str) -> None:
+    """Prove that a joint moves, with one degree of freedom.
+
+    Raises:
+        UnknownNameError: the robot does not have it.
+        InputError: it is fixed, or has several.
+    """
+    count = robot.model.joints[robot.joint_id(joint, where)].nv
+    if count != 1:
+        raise InputError(
+            f'{where}: joint "{joint}" has {count} degrees of freedom, {what} takes a joint with '
+            "one"
+        )
