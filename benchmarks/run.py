@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from impulsekit import __version__
-from impulsekit.display.plain import plain
+from impulsekit.display import plain
 from impulsekit.errors import InputError
 
 from .methods.method import Answer, Method

@@ -16,17 +16,6 @@ from typing import BinaryIO
 
 from .errors import FileError, InputError, a_thing, shown
 
-__all__ = [
-    "check_writable",
-    "file_told",
-    "open_plain_file",
-    "path_of",
-    "read_text_file",
-    "reason_of",
-    "replaced_file",
-    "write_file",
-]
-
 _REASONS: dict[type[OSError], str] = {
     FileNotFoundError: "there is no such file",
     NotADirectoryError: "there is no such file",

@@ -98,7 +98,7 @@ class Check(Displayed):
 
     def lines(self) -> list[str]:
         """Return the lines of the report; those of the table know its cells."""
-        from ..display.table import table
+        from ..display import table
 
         lines = [
             f"Check against Kane's equations ({self.numbers}), furthest entry of each quantity"

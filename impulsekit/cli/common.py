@@ -80,7 +80,7 @@ def write_json(data: Any, target: str | None) -> bool:
     Raises:
         FileError: the file cannot be written.
     """
-    from ..display.plain import plain
+    from ..display import plain
     from ..files import write_file
 
     if target is None:

@@ -34,7 +34,7 @@ def robots(pattern: str, long: bool) -> None:
     if not long:
         click.echo("\n".join(names))
         return
-    from ..display.table import table
+    from ..display import table
     from ..errors import ImpulsekitError
     from ..robot import Robot
 
@@ -79,7 +79,7 @@ def inspect(path: str, root: str | None) -> None:
 
 
 def _described(robot: Robot) -> Iterator[str]:
-    from ..display.table import table
+    from ..display import table
 
     sizes = f"{len(robot.links)} links, {robot.nv} degrees of freedom"
     yield f"{robot.name}: {sizes}, {robot.mass:.6g} kg in motion"

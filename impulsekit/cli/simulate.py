@@ -140,7 +140,7 @@ def simulate(
 
 def _lines(motion: Trajectory) -> list[str]:
     """The motion in a few lines and two tables."""
-    from ..display.table import table
+    from ..display import table
 
     energy = motion.energy()
     names = motion.scene.entry_names("contacts")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display.plain import plain
+from ..display import plain
 from ..errors import InputError, MissingExtraError, check_kind, quoted
 from ..robot import Robot
 from ..scene import Scene

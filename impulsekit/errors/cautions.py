@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 from .wording import escaped
 
-__all__ = ["AssumptionWarning", "SetupWarning", "warn_of_assumptions", "warn_of_setup"]
-
 
 class AssumptionWarning(UserWarning):
     """A file leaves something open; the sentence says what was assumed.

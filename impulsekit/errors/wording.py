@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-__all__ = ["a_thing", "escaped", "nearest_names", "one_of", "quoted", "shape_text", "shown"]
-
 
 def shown(value: object, most: int = 60) -> str:
     """Text as it is, anything else as Python writes it: printable, on one line, not too long.

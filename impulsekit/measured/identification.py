@@ -11,8 +11,7 @@ import numpy as np
 
 from ..design.fit import Fit, fit_impacts
 from ..design.parameters import changed_scene
-from ..display import OneLine
-from ..display.plain import plain
+from ..display import OneLine, plain
 from ..errors import InputError, check_kind
 from ..scene import Scene
 from .calibration import Calibration, calibrate

@@ -10,9 +10,8 @@ import pydantic
 
 from ..errors import ImpulsekitError, UnknownNameError, quoted
 from ..robot import Robot
-from ..scene import Scene
-from ..scene.coefficients import asks_for_materials
-from ..scene.materials import MaterialPair
+from ..scene.entry import Entry
+from ..scene.materials import Material
 from .faults import Faults
 from .vocabulary import NESTED, Section, model_of
 
@@ -25,7 +24,7 @@ def read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults
 
     def check(entry: Any, place: str) -> None:
         if robot is not None:
-            _check_entry(robot, section, entry, place, faults)
+            _check_entry(robot, entry, place, faults)
 
     found = read_entries(section, raw if section.many else (raw,), check, faults)
     return found if section.many else next(iter(found), None)
@@ -108,39 +107,31 @@ def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -
     return None
 
 
-def _check_entry(robot: Robot, section: Section, entry: Any, place: str, faults: Faults) -> None:
-    """Hold one entry against the robot by a scene of its own.
+def _check_entry(robot: Robot, entry: Any, place: str, faults: Faults) -> None:
+    """Hold one entry against the robot.
 
     An unknown name is put right and the entry tried again, so that the next one shows.
     """
     put_right = False
     for _ in range(16):
         try:
-            alone: dict[str, Any] = {section.name: (entry,) if section.many else entry}
-            if isinstance(entry, MaterialPair):
-                # Whose names are those of other entries.
-                return
-            if asks_for_materials(entry):
-                alone = {section.name: (_with_numbers(entry),)}
-            Scene(robot, **alone)
+            if isinstance(entry, Entry):
+                entry.check_robot(robot, place)
+            elif isinstance(entry, Material):
+                for link in entry.links:
+                    robot.frame_id(link, place)
             return
         except UnknownNameError as error:
             at, better = _with_name_put_right(entry, error)
-            faults.add(f"{place}{at}: {str(error).removeprefix(f'{section.name}[0]: ')}")
+            faults.add(f"{place}{at}: {str(error).removeprefix(f'{place}: ')}")
             if better is None:
                 return
             entry, put_right = better, True
         except ImpulsekitError as error:
             # What follows from the name that was put in is no fault of the file.
             if not put_right:
-                faults.add(f"{place}: {str(error).removeprefix(f'{section.name}[0]: ')}")
+                faults.add(str(error))
             return
-
-
-def _with_numbers(contact: Any) -> Any:
-    """A contact that leaves coefficients to a table of materials, with zeros."""
-    words = [n for n in ("restitution", "friction") if isinstance(getattr(contact, n), str)]
-    return dataclasses.replace(contact, **dict.fromkeys(words, 0.0))
 
 
 def _with_name_put_right(entry: Any, error: UnknownNameError) -> tuple[str, Any]:

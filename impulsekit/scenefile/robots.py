@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -121,9 +121,8 @@ def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot 
     robot = _read(table, folder, place, faults)
     if robot is None:
         return None
-    step = ""
+    step = "armature"
     try:
-        step = "armature"
         if table.armature or table.gear:
             robot = robot.with_armature(table.armature, gear=table.gear)
         step = "bodies"
@@ -184,7 +183,7 @@ def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:
         UrdfError: its file is gone, or has changed since it was read.
     """
     if part.changes.text is not None:
-        part = replace(part, urdf=part.changes.text)
+        part = dataclasses.replace(part, urdf=part.changes.text)
     if part.urdf is None:
         raise InputError(
             "a robot made from a pin.Model cannot be written to a scene file; load it from a "
@@ -222,31 +221,15 @@ def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:
 
 def _changes_as_table(changes: Changes) -> dict[str, Any]:
     """Armature, bodies, locks and grounds as they stand in a file."""
-    table: dict[str, Any] = {}
-    if changes.armature:
-        table["armature"] = {
-            name: values[0] if len(values) == 1 else list(values)
-            for name, values in changes.armature
-        }
-    if changes.bodies:
-        table["bodies"] = [
-            {
-                "frame": body.frame,
-                "name": body.name,
-                "mass": body.mass,
-                "com": list(body.com),
-                "inertia": list(body.inertia),
-            }
-            for body in changes.bodies
-        ]
-    if changes.locks:
-        table["lock"] = dict(changes.locks)
-    if changes.grounds:
-        table["grounds"] = [
-            {"name": each.name, "height": each.height, "normal": list(each.normal)}
-            for each in changes.grounds
-        ]
-    return table
+    table: dict[str, Any] = {
+        "armature": {
+            name: values[0] if len(values) == 1 else values for name, values in changes.armature
+        },
+        "bodies": [dataclasses.asdict(body) for body in changes.bodies],
+        "lock": dict(changes.locks),
+        "grounds": [dataclasses.asdict(ground) for ground in changes.grounds],
+    }
+    return {key: value for key, value in table.items() if value}
 
 
 def _example_of(part: RobotPart) -> str | None:

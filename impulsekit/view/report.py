@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..display.table import ROUNDING, decimals, paper_decimals, table
+from ..display import ROUNDING, decimals, paper_decimals, table
 from ..errors import RangeError, check_kind, quoted
 from ..scene import AppliedImpulse
 from ..scene.points import report_points

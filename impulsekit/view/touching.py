@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..display.table import decimals, table
+from ..display import decimals, table
 from ..errors import check_kind
 from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_gaps
 from ..impact.named import Named
