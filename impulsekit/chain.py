@@ -26,7 +26,7 @@ def chain_urdf(
     radius: float | None = None,
     name: str = "chain",
 ) -> str:
-    """The URDF of a straight chain of slender rods along +x, pinned about z.
+    """Return the URDF of a straight chain of slender rods along +x, pinned about z.
 
     ``link_1`` is the root. The frame of ``link_k`` is at the rod's near end, the rod
     reaches from there to [length, 0, 0]; ``joint_k`` (k = 2..n) pins its near end to the
@@ -83,7 +83,7 @@ def pendulum_urdf(
     radius: float | None = None,
     name: str = "pendulum",
 ) -> str:
-    """The URDF of a chain of slender rods that hangs along -z from a fixed pin.
+    """Return the URDF of a chain of slender rods that hangs along -z from a fixed pin.
 
     The root is the massless link ``pin``; ``joint_1`` hangs the near end of ``link_1``
     from it, ``joint_k`` the near end of ``link_k`` from the far end of ``link_{k-1}``,

@@ -40,7 +40,7 @@ class OneLine:
 
 
 def one_line(title: str, *first: str, **named: Any) -> str:
-    """``title(first, ..., name=value, ...)`` in one line.
+    """Return ``title(first, ..., name=value, ...)`` in one line.
 
     Args:
         title: the class.
@@ -133,14 +133,14 @@ class TableLine(str):
 
     @classmethod
     def of(cls, text: str, table: Table) -> TableLine:
-        """The line ``text`` of a table."""
+        """Return the line ``text`` of a table."""
         line = cls(text)
         line.table = table
         return line
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """The lines of a table; a column that holds numbers alone is aligned on the point.
+    """Return the lines of a table; a column that holds numbers alone is aligned on the point.
 
     Example:
         >>> print("\\n".join(table(["point", "x"], [["a", "17.321"], ["b", "-0.0005"]])))
@@ -162,7 +162,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def decimals(value: float, scale: float = 0.0) -> str:
-    """Six significant digits; 0 where the value is rounding beside ``scale``.
+    """Return six significant digits; 0 where the value is rounding beside ``scale``.
 
     Example:
         >>> decimals(43.301270189), decimals(3e-17, scale=1.0)
@@ -172,7 +172,7 @@ def decimals(value: float, scale: float = 0.0) -> str:
 
 
 def paper_decimals(value: float, scale: float = 0.0) -> str:
-    """Three decimals, or the first significant digit of what is smaller.
+    """Return three decimals, or the first significant digit of what is smaller.
 
     The rounding of Table 1 in Chang & Huston 1995.
 

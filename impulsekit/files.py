@@ -65,7 +65,7 @@ def file_told(path: str | os.PathLike[str], *, writing: bool = False) -> Iterato
 
 
 def path_of(path: object, what: str) -> str:
-    """The path of a file, in text.
+    """Return the path of a file, in text.
 
     Raises:
         InputError: it is neither text nor a path.
@@ -94,7 +94,7 @@ def open_plain_file(path: str | os.PathLike[str]) -> BinaryIO:
 
 
 def read_text_file(path: str | os.PathLike[str]) -> bytes:
-    """The content of a file that describes a robot or a scene.
+    """Return the content of a file that describes a robot or a scene.
 
     Raises:
         OSError: it is no plain file, cannot be read, or is larger than any such file.
@@ -135,7 +135,7 @@ def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
 
 @contextlib.contextmanager
 def replaced_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """A file to write to, which takes the place of ``path`` if nothing is raised within.
+    """Yield a file to write to, which takes the place of ``path`` if nothing is raised.
 
     What a symbolic link leads to is replaced, and the link stays.
 

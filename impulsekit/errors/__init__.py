@@ -149,7 +149,7 @@ class UnknownNameError(InputError, KeyError):
 
     @classmethod
     def among(cls, kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownNameError:
-        """The error for a ``name`` of a ``kind`` that is not ``known``."""
+        """Return the error for a ``name`` of a ``kind`` that is not ``known``."""
         names = tuple(known)
         nearest = nearest_names(name, names)
         meant = MEANT.get((kind, str(name).rpartition("/")[2]))
@@ -189,7 +189,7 @@ class ShapeError(InputError):
     def of(
         cls, what: str, expected: Sequence[int | str], got: Sequence[int], hint: str = ""
     ) -> ShapeError:
-        """The error for an array called ``what``."""
+        """Return the error for an array called ``what``."""
         tail = f" ({hint})" if hint else ""
         return cls(
             f"{what}: expected shape {shape_text(expected)}, got {shape_text(got)}{tail}",
@@ -212,7 +212,7 @@ class NotFiniteError(InputError):
 
     @classmethod
     def of(cls, what: str, where: Any, value: Any) -> NotFiniteError:
-        """The error for the entry ``where`` of ``what``."""
+        """Return the error for the entry ``where`` of ``what``."""
         return cls(f"{what}: {where} must be finite, got {value}", what=what, where=where)
 
 
@@ -230,7 +230,7 @@ class RangeError(InputError):
 
     @classmethod
     def of(cls, what: str, value: Any, allowed: str) -> RangeError:
-        """The error for ``what`` with ``value`` that must be ``allowed``, in words."""
+        """Return the error for ``what`` with ``value`` that must be ``allowed``, in words."""
         return cls(
             f"{what} must be {allowed}, got {value}", what=what, value=value, allowed=allowed
         )
@@ -392,7 +392,7 @@ class MissingExtraError(ImpulsekitError, ImportError):
 
     @classmethod
     def of(cls, package: str, extra: str, purpose: str) -> MissingExtraError:
-        """The error that names the line to install ``package`` with."""
+        """Return the error that names the line to install ``package`` with."""
         return cls(
             f'{purpose} needs {package}: pip install ".[{extra}]" in impulsekit\'s folder',
             package=package,

@@ -28,7 +28,7 @@ class AssumptionWarning(UserWarning):
 
 
 def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int = 2) -> None:
-    """One ``AssumptionWarning`` for a file, if anything was assumed.
+    """Warn by one ``AssumptionWarning`` for a file, if anything was assumed.
 
     ``above`` is how many frames stand between this call and the user's line.
 
@@ -67,7 +67,7 @@ class SetupWarning(UserWarning):
 
 
 def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
-    """One ``SetupWarning`` if there is any doubt; ``above`` as for ``warn_of_assumptions``.
+    """Warn by one ``SetupWarning``, if there is any doubt; ``above`` as for the other.
 
     Example:
         >>> with warnings.catch_warnings(record=True, action="always") as told:

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def shown(value: object, most: int = 60) -> str:
-    """Text as it is, anything else as Python writes it: printable, on one line, not too long.
+    """Return text as it is, anything else as Python writes it: printable, on one short line.
 
     What is in memory at some address is called by its type.
 
@@ -27,7 +27,7 @@ def shown(value: object, most: int = 60) -> str:
 
 
 def quoted(value: object, most: int = 60) -> str:
-    """The same with quotes around a text.
+    """Return the same with quotes around a text.
 
     Example:
         >>> quoted("a"), quoted(1.5), quoted(print)
@@ -37,7 +37,7 @@ def quoted(value: object, most: int = 60) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text whose control characters, line ends apart, are written out."""
+    """Return text whose control characters, line ends apart, are written out."""
     if text.isprintable():
         return text
     return "".join(
@@ -46,7 +46,7 @@ def escaped(text: str) -> str:
 
 
 def a_thing(value: object) -> str:
-    """The type of a value with its article.
+    """Return the type of a value with its article.
 
     Example:
         >>> a_thing([]), a_thing(KeyError())
@@ -59,18 +59,18 @@ def a_thing(value: object) -> str:
 
 
 def shape_text(shape: Sequence[Any]) -> str:
-    """A shape as numpy writes it; an axis without a number by its letter."""
+    """Return a shape as numpy writes it; an axis without a number by its letter."""
     return "(" + ", ".join(map(str, shape)) + (",)" if len(shape) == 1 else ")")
 
 
 def one_of(names: Sequence[str]) -> str:
-    """Names in quotes, the last after an "or"."""
+    """Return names in quotes, the last after an "or"."""
     *first, last = (f'"{name}"' for name in names)
     return f"{', '.join(first)} or {last}" if first else last
 
 
 def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, ...]:
-    """The names in ``known`` that look most like ``name``, best first.
+    """Return the names in ``known`` that look most like ``name``, best first.
 
     Example:
         >>> nearest_names("elbwo", ["shoulder", "elbow", "wrist"])

@@ -17,7 +17,7 @@ _NOT_REAL = (str, bytes, np.complexfloating, np.datetime64, np.timedelta64, np.v
 
 
 def real_numbers(value: Any, *, copied: bool = True) -> np.ndarray:
-    """A copy as floats, of any shape: what numpy would drop on the way there is an error.
+    """Return a copy as floats, of any shape; what numpy would drop on the way is an error.
 
     Args:
         copied: False where it is only read.
@@ -45,7 +45,7 @@ def real_numbers(value: Any, *, copied: bool = True) -> np.ndarray:
 
 
 def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
-    """A copy as floats, of any shape.
+    """Return a copy as floats, of any shape.
 
     Args:
         copied: False where it is only read: an array of floats is given back as it is.
@@ -61,7 +61,7 @@ def floats(value: Any, what: str, *, copied: bool = True) -> np.ndarray:
 
 
 def no_numbers(value: Any, what: str, count: str = "") -> InputError:
-    """The error for what holds no real numbers, a NotFiniteError where some are lost on the way."""
+    """Return the error for what holds no real numbers."""
     sentence = f"{what} must be {count}numbers, got {quoted(value)}"
     try:
         is_text = np.asarray(value).dtype.kind not in "biufcM"
@@ -75,11 +75,7 @@ def _is_masked(value: Any) -> bool:
 
 
 def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
-    """A copy as finite floats of a shape.
-
-    Raises:
-        InputError, NotFiniteError, ShapeError.
-    """
+    """Return a copy as finite floats of a shape."""
     array = floats(value, what)
     if array.shape != shape:
         raise ShapeError.of(what, shape, array.shape)
@@ -92,13 +88,13 @@ def array_of(value: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
 
 
 def lock(*arrays: np.ndarray | None) -> None:
-    """Nobody can write to these arrays any more."""
+    """Make arrays read-only."""
     for array in arrays:
         if array is not None:
             array.setflags(write=False)
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """The same array, which nobody can write to any more."""
+    """Return the same array, made read-only."""
     lock(array)
     return array

@@ -144,7 +144,7 @@ class RobotBase(Displayed):
         return tuple(dict.fromkeys(motion.joint for motion in self.massless_motions))
 
     def frame_id(self, name: str, where: str = "") -> int:
-        """The index of a frame by name: a link, an extra frame or a joint, in this order.
+        """Return the index of a frame by name: a link, an extra frame or a joint, in this order.
 
         A link that moves and is called "world" in its file goes by "world_link".
 
@@ -158,7 +158,7 @@ class RobotBase(Displayed):
             raise UnknownNameError.among("frame", str(name), known, where) from None
 
     def joint_id(self, name: str, where: str = "") -> int:
-        """The index of a moving joint by name.
+        """Return the index of a moving joint by name.
 
         Raises:
             UnknownNameError: there is no such joint; ``where`` begins the sentence.

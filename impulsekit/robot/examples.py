@@ -67,7 +67,7 @@ _ROTORS = {
 
 @functools.cache
 def data_folder() -> pathlib.Path:
-    """The folder "example-robot-data" that the package installed."""
+    """Return the folder "example-robot-data" that the package installed."""
     # Imported here: it takes as long as a third of numpy.
     import importlib.metadata
 
@@ -102,7 +102,7 @@ def _paths() -> dict[str, pathlib.Path]:
 
 
 def example_names() -> tuple[str, ...]:
-    """All names that ``Robot.from_example`` knows, sorted.
+    """Return all names that ``Robot.from_example`` knows, sorted.
 
     Example:
         >>> "panda" in example_names()
@@ -135,7 +135,7 @@ def rotor_inertias(name: str) -> dict[str, float]:
 
 
 def example_path(name: str) -> pathlib.Path:
-    """The URDF file behind a name.
+    """Return the URDF file behind a name.
 
     Raises:
         UnknownNameError: there is no such robot; it carries the nearest names.
@@ -154,7 +154,7 @@ def example_path(name: str) -> pathlib.Path:
 
 
 def example_srdf(name: str) -> str | None:
-    """The SRDF that goes with a robot, or None: that whose name begins the URDF's.
+    """Return the SRDF that goes with a robot, or None: that whose name begins the URDF's.
 
     Example:
         >>> str(example_srdf("talos")).endswith("talos.srdf")
@@ -167,7 +167,7 @@ def example_srdf(name: str) -> str | None:
 
 
 def example_urdf(name: str) -> str | None:
-    """The text of a robot that is part of a file, or None where the file itself is the robot."""
+    """Return the text of a robot that is part of a file, or None where the file is the robot."""
     if name not in _CUT_AT:
         return None
     robot = ElementTree.fromstring(example_path(name).read_text(encoding="utf-8"))

@@ -27,7 +27,7 @@ from .urdf import LinkInertial, read_urdf
 
 
 def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
-    """The function of (model, data, q) that writes the upper triangle of M(q) to ``data.M``.
+    """Return the function of (model, data, q) that writes the upper triangle of M to ``data.M``.
 
     Pinocchio 4.1's ``crba`` in the joints' own axes adds to what its last call left in the columns
     of joints behind one that mimics another; in world axes it does not.
@@ -42,7 +42,7 @@ def _in_world_axes(model: pin.Model, data: Any, q: np.ndarray) -> np.ndarray:
 
 
 def symmetric(upper: np.ndarray) -> np.ndarray:
-    """The whole of a symmetric matrix of which Pinocchio filled the upper triangle."""
+    """Return the whole of a symmetric matrix of which Pinocchio filled the upper triangle."""
     return np.where(_below(len(upper)), upper.T, upper)
 
 
@@ -93,7 +93,7 @@ class Massless:
 
 
 def massless_motions(model: pin.Model) -> tuple[Massless, ...]:
-    """Joint and link of each independent motion without inertia; empty where M is regular."""
+    """Return joint and link of each motion without inertia; none where M is regular."""
     if model.nv == 0 or is_always_regular(model):
         return ()
     check_capacity(model)
@@ -253,7 +253,7 @@ class Link:
     inertia_in_joint_axes: np.ndarray
 
     def spatial_inertia(self, factor: float = 1.0) -> pin.Inertia:
-        """Its inertia in the frame of the joint, mass and moments ``factor`` times as large.
+        """Return its inertia in the frame of the joint, mass and moments ``factor`` times.
 
         Turned into other axes, the moments of a thin or point-like link can have an eigenvalue
         of -1e-22, which Pinocchio's constructor refuses and its attributes take, and be symmetric
@@ -268,7 +268,7 @@ class Link:
 
 
 def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
-    """All links of a model, in the order of its frames."""
+    """Return all links of a model, in the order of its frames."""
     inertials: dict[str, LinkInertial] = {}
     for part in parts:
         if part.urdf is not None:

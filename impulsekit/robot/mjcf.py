@@ -21,7 +21,7 @@ from .source import Loop
 
 
 def read_mjcf(source: Any) -> tuple[Any, str | None]:
-    """The ``mujoco.MjModel`` of a file, of MJCF text or as it is, and the path.
+    """Return the ``mujoco.MjModel`` of a file, of MJCF text or as it is, and the path.
 
     Raises:
         MjcfError: MuJoCo refuses it; the sentence holds its reason.

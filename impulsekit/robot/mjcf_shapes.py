@@ -41,7 +41,7 @@ class TouchingPair(NamedTuple):
     uneven: bool = False
 
     def within(self, prefix: str) -> TouchingPair:
-        """The same with a prefix before its names."""
+        """Return the same with a prefix before its names."""
         return self._replace(first=prefix + self.first, second=prefix + self.second)
 
 
@@ -50,7 +50,7 @@ _Found = tuple[int, int, int, np.ndarray]
 
 
 def pairs_of(mj: Any, known: set[str]) -> tuple[TouchingPair, ...]:
-    """The pairs that MuJoCo tests: by contype and conaffinity, <pair> and <exclude>.
+    """Return the pairs that MuJoCo tests: by contype and conaffinity, <pair> and <exclude>.
 
     Args:
         mj: a ``mujoco.MjModel``.
@@ -167,7 +167,7 @@ class PlainShape:
 
 
 def shapes_of(mj: Any, frames: Sequence[str]) -> tuple[PlainShape, ...]:
-    """The geoms of a ``mujoco.MjModel``; height fields and signed distance fields left out.
+    """Return the geoms of a ``mujoco.MjModel`` but height fields and signed distance fields.
 
     Args:
         mj: the model.
@@ -207,13 +207,13 @@ def shapes_of(mj: Any, frames: Sequence[str]) -> tuple[PlainShape, ...]:
 
 
 def rotation_of(wxyz: np.ndarray) -> np.ndarray:
-    """(3, 3) of a quaternion w, x, y, z."""
+    """Return (3, 3) of a quaternion w, x, y, z."""
     w, x, y, z = (float(value) for value in wxyz)
     return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
 
 
 def coal_shape(shape: PlainShape, *, drawn: bool) -> Any:
-    """The shape as coal has it; None for a plane without end that is to be drawn."""
+    """Return the shape as coal has it; None for a plane without end that is to be drawn."""
     import coal
 
     size = shape.size

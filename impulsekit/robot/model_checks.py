@@ -41,7 +41,7 @@ def check_capacity(model: pin.Model, copies: int = COPIES) -> None:
 
 
 def free_memory() -> float:
-    """Bytes that are free, or can be made so; infinite where the system does not tell."""
+    """Return how many bytes are free, or can be made so; infinite where nothing tells."""
     try:
         for line in pathlib.Path("/proc/meminfo").read_text().splitlines():
             if line.startswith("MemAvailable:"):
@@ -57,7 +57,7 @@ def free_memory() -> float:
 def planar_root(
     forward: Sequence[float] = (1.0, 0.0, 0.0), up: Sequence[float] = (0.0, 0.0, 1.0)
 ) -> pin.JointModel:
-    """A root that moves in any plane: along two directions, and about the third.
+    """Return a root that moves in any plane: along two directions, and about the third.
 
     ``root="sagittal"`` is this one with the defaults: x, z and pitch.
 
@@ -156,7 +156,7 @@ def _check_motion(joint: Any, what: str) -> None:
 
 
 def root_joint(root: str | pin.JointModel) -> tuple[Any, str]:
-    """The joint that stands for ``root`` (None where it is fixed) and its name.
+    """Return the joint that stands for ``root`` (None where it is fixed) and its name.
 
     Raises:
         UnknownNameError, InputError: it is none, or not made of finite numbers.

@@ -41,7 +41,7 @@ class RobotStates(RobotBase):
         return geometry_of(self, pin.GeometryType.VISUAL)
 
     def neutral(self) -> np.ndarray:
-        """(nq,) Pinocchio's neutral configuration."""
+        """Return (nq,) Pinocchio's neutral configuration."""
         return pin.neutral(self.model)
 
     @cached_property
@@ -75,7 +75,7 @@ class RobotStates(RobotBase):
     def configuration(
         self, by_name: Mapping[str, ArrayLike] | None = None, /, **joints: ArrayLike
     ) -> np.ndarray:
-        """(nq,) a configuration by joint name, neutral elsewhere.
+        """Return (nq,) a configuration by joint name, neutral elsewhere.
 
         Angles [rad] and lengths [m]. A continuous joint takes its angle, a planar root
         (x, y, angle), a free-flyer x, y, z and the quaternion x, y, z, w; both take a
@@ -104,7 +104,7 @@ class RobotStates(RobotBase):
         q: ArrayLike | None = None,
         **joints: ArrayLike,
     ) -> np.ndarray:
-        """(nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
+        """Return (nv,) a velocity by joint name, zero elsewhere [rad/s, m/s].
 
         ``root_world`` in place of ``root_joint`` ("arm/root_world" in a combined robot) takes the
         velocity of a free-flyer's origin and its angular velocity, both in world axes, at ``q``.
@@ -136,7 +136,7 @@ class RobotStates(RobotBase):
         return (numbers @ Posture(self, q).joint(joint_id).rotation).ravel()
 
     def stand(self, q: ArrayLike, root: str | None = None) -> np.ndarray:
-        """(nq,) q with a free part moved along the ground's normal until it just touches.
+        """Return q (nq,) with a free part moved along the ground's normal until it just touches.
 
         The lowest point of all collision geometry on the free-flyer comes to lie on the ground
         (``with_ground``), from above or below; joints keep their angles.
@@ -192,9 +192,10 @@ class RobotStates(RobotBase):
         return free[0]
 
     def placement(self, q: ArrayLike, frame: str) -> Placement:
-        """The placement of a frame at q: ``matrix`` (4, 4), ``position`` (3,), ``rotation`` (3, 3).
+        """Return the placement of a frame in the world at q.
 
-        In the world; ``point(at)`` of it is where a point of the frame is.
+        It has ``matrix`` (4, 4), ``position`` (3,) and ``rotation`` (3, 3); ``point(at)`` of it is
+        where a point of the frame is.
 
         Raises:
             UnknownNameError, ShapeError, NotFiniteError, StateError.
@@ -210,7 +211,7 @@ class RobotStates(RobotBase):
     def velocity_of(
         self, q: ArrayLike, v: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
     ) -> FrameVelocity:
-        """The velocity of a frame at q with v, world axes.
+        """Return the velocity of a frame at q with v, world axes.
 
         Args:
             q: (nq,) configuration. v: (nv,) velocity.

@@ -49,7 +49,7 @@ class Placement:
         return pin.SE3(self.matrix)
 
     def point(self, at: Any) -> np.ndarray:
-        """(3,) the point ``at`` of the frame in the world [m]."""
+        """Return (3,) the point ``at`` of the frame in the world [m]."""
         return self.rotation @ array_of(at, (3,), "point") + self.position
 
 
@@ -112,41 +112,41 @@ class Posture(Generic[AnyRobot]):
         return own
 
     def joint_of(self, frame: str) -> int:
-        """The index of the joint that carries a frame; 0 where it is fixed in the world."""
+        """Return the index of the joint that carries a frame; 0 where it is fixed in the world."""
         return self.robot.model.frames[self.robot.frame_id(frame)].parentJoint
 
     def joint(self, joint_id: int) -> pin.SE3:
-        """The placement of a joint's frame."""
+        """Return the placement of a joint's frame."""
         return self._at(joint_id)[0]
 
     def frame(self, name: str) -> pin.SE3:
-        """The placement of a frame, as Pinocchio's type."""
+        """Return the placement of a frame, as Pinocchio's type."""
         item = self.robot.model.frames[self.robot.frame_id(name)]
         return self._at(item.parentJoint)[0] * item.placement
 
     def placement(self, frame: str) -> Placement:
-        """The placement of a frame."""
+        """Return the placement of a frame."""
         matrix = self.frame(frame).homogeneous
         matrix.setflags(write=False)
         return Placement(matrix)
 
     def motion_subspace(self, joint_id: int) -> np.ndarray:
-        """(6, nv of the joint) its directions of motion in its own axes, linear before angular."""
+        """Return (6, nv) the directions of motion of a joint in its own axes, linear first."""
         return np.array(self._joint_data(joint_id).S).reshape(6, -1)
 
     def angular_velocity(self, joint_id: int) -> np.ndarray:
-        """(3,) of a joint's child, world axes [rad/s]."""
+        """Return (3,) the angular velocity of a joint's child, world axes [rad/s]."""
         place, motion = self._at(joint_id)
         return place.rotation @ motion.angular
 
     def velocity_at(self, joint_id: int, point: np.ndarray) -> np.ndarray:
-        """(3,) of the point of a joint's child that is at ``point`` (3,) of the world [m/s]."""
+        """Return (3,) the velocity of a joint's child at ``point`` (3,) of the world [m/s]."""
         place, motion = self._at(joint_id)
         turning = np.cross(self.angular_velocity(joint_id), point - place.translation)
         return place.rotation @ motion.linear + turning
 
     def velocity(self, frame: str, point: np.ndarray) -> FrameVelocity:
-        """The velocity of a frame, and of its point that is at ``point`` (3,) of the world."""
+        """Return the velocity of a frame, and of its point at ``point`` (3,) of the world."""
         joint_id = self.joint_of(frame)
         linear, angular = self.velocity_at(joint_id, point), self.angular_velocity(joint_id)
         lock(linear, angular)

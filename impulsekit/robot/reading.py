@@ -38,7 +38,7 @@ _ELEMENT = re.compile(rb"\s*<([A-Za-z_][\w.-]*)")
 
 
 def format_of(path: str | os.PathLike[str]) -> str:
-    """The format of a robot's file: "mjcf", "sdf", or else "urdf".
+    """Return the format of a robot's file: "mjcf", "sdf", or else "urdf".
 
     Raises:
         UrdfError: it cannot be read.
@@ -50,7 +50,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
 
 
 def outermost(text: bytes) -> str:
-    """The name of the outermost element of an XML text; "" where there is none."""
+    """Return the name of the outermost element of an XML text; "" where there is none."""
     text = text.removeprefix(b"\xef\xbb\xbf")
     while aside := _ASIDE.match(text):
         text = text[aside.end() :]
@@ -59,7 +59,7 @@ def outermost(text: bytes) -> str:
 
 
 def files_of_description(name: str) -> tuple[str | None, str, list[str]]:
-    """The URDF or else the MJCF of a robot, and the folders of its meshes.
+    """Return the URDF or else the MJCF of a robot, and the folders of its meshes.
 
     Raises:
         As ``Robot.from_description``.
@@ -95,7 +95,7 @@ class RobotReaders(RobotStates):
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
         srdf: str | os.PathLike[str] | None = None,
     ) -> Self:
-        """A robot from a URDF file or from URDF text (anything that starts with "<").
+        """Return a robot from a URDF file or from URDF text (anything that starts with "<").
 
         Args:
             path_or_xml: the file, or the text itself.
@@ -164,7 +164,7 @@ class RobotReaders(RobotStates):
     def from_example(
         cls, name: str, root: str | pin.JointModel = "fixed", *, mimic: bool = False
     ) -> Self:
-        """A robot of the package example-robot-data, by its loader's name or its file's stem.
+        """Return a robot of the package example-robot-data, by its loader's name or file's stem.
 
         No geometry is read. ``impulsekit robots`` lists the names. The package's SRDF goes with
         the robot where it has one.
@@ -191,7 +191,7 @@ class RobotReaders(RobotStates):
         source: str | os.PathLike[str] | mujoco.MjSpec | mujoco.MjModel,
         root: str | None = None,
     ) -> Self:
-        """A robot from MJCF, compiled by MuJoCo (``pip install ".[mjcf]"``).
+        """Return a robot from MJCF, compiled by MuJoCo (``pip install ".[mjcf]"``).
 
         The configuration is MuJoCo's ``qpos`` with quaternions as x, y, z, w instead of
         w, x, y, z; a free joint's linear velocity is in body axes instead of world axes.
@@ -241,7 +241,7 @@ class RobotReaders(RobotStates):
         model: str | None = None,
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
-        """A robot from a <model> of SDF, the format of Gazebo.
+        """Return a robot from a <model> of SDF, the format of Gazebo.
 
         Joints to a link that another joint carries, and
         gearboxes, are in ``loops``; ``Scene.of_robot(robot)`` makes constraints of them.
@@ -286,7 +286,7 @@ class RobotReaders(RobotStates):
         *,
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
-        """A robot from a URDF, xacro, MJCF or SDF file, told apart by the outermost element.
+        """Return a robot from a URDF, xacro, MJCF or SDF file, told apart by its first element.
 
         Args:
             path: the file.
@@ -312,7 +312,7 @@ class RobotReaders(RobotStates):
 
     @classmethod
     def from_description(cls, name: str, root: str | None = None) -> Self:
-        """A robot of the package robot_descriptions, such as "panda_description".
+        """Return a robot of the package robot_descriptions, such as "panda_description".
 
         The package fetches the files by git on first use, and keeps them
         (``pip install ".[descriptions]"``).
@@ -330,7 +330,7 @@ class RobotReaders(RobotStates):
 
     @classmethod
     def from_model(cls, model: pin.Model) -> Self:
-        """A robot from a ``pin.Model``, which is copied and never changed.
+        """Return a robot from a ``pin.Model``, which is copied and never changed.
 
         Pinocchio keeps one inertia a joint: where a model has several links on a
         joint, the first stands for all of them in ``links``. Of the numbers that a model

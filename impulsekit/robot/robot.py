@@ -57,7 +57,7 @@ def _key(frame: pin.Frame) -> tuple[str, bool]:
 
 
 def with_masses(robot: Kind, model: pin.Model) -> Kind:
-    """The robot with the inertias of a model that is its own but for these, and its geometry.
+    """Return the robot with the inertias of a model that is its own but for these.
 
     Its files do not say these masses, so that it cannot be built from them, nor written to one.
     """
@@ -197,7 +197,7 @@ class Robot(RobotReaders):
         inertia: ArrayLike | None = None,
         name: str | None = None,
     ) -> Self:
-        """A robot with a body welded to a link: a payload, a tool, a sensor.
+        """Return a robot with a body welded to a link: a payload, a tool, a sensor.
 
         The same as another link behind a fixed joint in the URDF. It can be named in scenes,
         is checked, reported and written to scene files.
@@ -249,7 +249,7 @@ class Robot(RobotReaders):
         return _changed(self, model, part, changes, lambda root: _write_body(root, body))
 
     def with_lock(self, joints: str | Iterable[str] | Mapping[str, float]) -> Self:
-        """A robot in which joints are fixed: fewer degrees of freedom, the same links.
+        """Return a robot in which joints are fixed: fewer degrees of freedom, the same links.
 
         Args:
             joints: names, locked at zero, or a mapping to the values to lock them at [rad, m].
@@ -296,7 +296,7 @@ class Robot(RobotReaders):
     def with_armature(
         self, armature: Mapping[str, ArrayLike], *, gear: Mapping[str, float] | None = None
     ) -> Self:
-        """A robot with rotor inertia in its joints, which adds to the diagonal of M.
+        """Return a robot with rotor inertia in its joints, which adds to the diagonal of M.
 
         In geared arms it decides what an impact does: a rotor of inertia J behind a gear of
         ratio r counts as r² J on the joint's side.
@@ -347,7 +347,7 @@ class Robot(RobotReaders):
     def with_ground(
         self, height: float = 0.0, *, normal: ArrayLike = (0.0, 0.0, 1.0), name: str = "ground"
     ) -> Self:
-        """A robot with a plane in its world that ``Collision("ball", "ground")`` can name.
+        """Return a robot with a plane in its world, which ``Collision("ball", "ground")`` names.
 
         Args:
             height: of the plane along the normal, from the world's origin [m].

@@ -44,7 +44,7 @@ class Loop:
     ratio: float = 1.0
 
     def within(self, prefix: str) -> Loop:
-        """The loop of a part of a combined world, whose names begin with ``prefix``."""
+        """Return the loop of a part of a combined world, whose names begin with ``prefix``."""
         if not prefix:
             return self
         return replace(

@@ -34,7 +34,7 @@ DEGREES = (15.0, 360.0)
 def outside_limits(
     robot: RobotBase, q: np.ndarray, joints: Iterable[str] | None = None
 ) -> list[str]:
-    """A sentence for every joint of one coordinate that q (nq,) puts outside its limits.
+    """Return a sentence for each joint of one coordinate that q (nq,) puts past its limits.
 
     Args:
         robot: the robot.
@@ -70,7 +70,7 @@ def outside_limits(
 
 
 def likely_wxyz(robot: RobotBase, q: np.ndarray) -> list[str]:
-    """A sentence for every free-flyer or ball joint whose quaternion reads like w, x, y, z.
+    """Return a sentence for each free-flyer or ball joint whose quaternion reads like wxyz.
 
     Example:
         >>> from impulsekit import Robot
@@ -89,7 +89,7 @@ def likely_wxyz(robot: RobotBase, q: np.ndarray) -> list[str]:
 
 
 def likely_degrees(robot: RobotBase, values: Mapping[str, Any]) -> list[str]:
-    """A sentence for every angle without limits that reads like degrees: 30, 45, 90, -180.
+    """Return a sentence for each angle without limits that reads like degrees: 30, 45, 90.
 
     Args:
         robot: the robot.
@@ -139,7 +139,7 @@ OF_LENGTH = 0.4
 
 
 def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
-    """(nq,) the neutral configuration with the named joints set.
+    """Return (nq,) the neutral configuration with the named joints set.
 
     A joint takes as many numbers as it has entries in q. A continuous joint also
     takes its angle [rad], a planar one (x, y, angle); a free-flyer and a planar one a ``pin.SE3``.
@@ -152,7 +152,7 @@ def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
 
 
 def velocity(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
-    """(nv,) zero but for the named joints."""
+    """Return (nv,) zero but for the named joints."""
     v = np.zeros(model.nv)
     for name, value in values.items():
         joint = _joint(model, name)
@@ -164,7 +164,7 @@ def velocity(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
 
 
 def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
-    """A copy of q as (nq,) floats, proved finite and on its manifold.
+    """Return a copy of q as (nq,) floats, proved finite and on its manifold.
 
     Raises:
         ShapeError, NotFiniteError, StateError: each names the joint.
@@ -177,7 +177,7 @@ def checked_configuration(model: pin.Model, q: Any) -> np.ndarray:
 
 
 def checked_velocity(model: pin.Model, v: Any) -> np.ndarray:
-    """A copy of v as (nv,) floats, proved finite."""
+    """Return a copy of v as (nv,) floats, proved finite."""
     v = _vector(v, model.nv, "velocity v")
     _check_finite(model, v, "velocity v", "idx_v", "nv")
     return v

@@ -21,7 +21,7 @@ def is_driven(constraint: Any) -> bool:
 
 
 def scene_at(scene: Scene, t: float) -> Scene:
-    """The scene with what is driven in time as it is at a time [s]; itself where nothing is."""
+    """Return the scene with what is driven in time as at a time [s]; itself where nothing is."""
     if not any(map(is_driven, scene.constraints)):
         return scene
     names = scene.entry_names("constraints")
@@ -35,7 +35,7 @@ def scene_at(scene: Scene, t: float) -> Scene:
 
 
 def constraint_at(entry: Constraint, name: str, t: float) -> Constraint:
-    """A constraint with the velocity that it prescribes at a time [s]."""
+    """Return a constraint with the velocity that it prescribes at a time [s]."""
     if isinstance(entry, Driven):
         return JointLock(entry.joint, velocity=entry.rate(t), name=name)
     velocity = entry.velocity
@@ -47,14 +47,14 @@ def constraint_at(entry: Constraint, name: str, t: float) -> Constraint:
 
 
 def at_rest(entry: Constraint) -> Constraint:
-    """A constraint that lets nothing move."""
+    """Return a constraint that lets nothing move."""
     if isinstance(entry, Driven):
         return JointLock(entry.joint, name=entry.name)
     return replace(entry, velocity=0.0)
 
 
 def velocity_at(velocity: Callable[[float], Any], name: str, t: float) -> Any:
-    """The velocity of a constraint by its function: one number or several."""
+    """Return the velocity of a constraint by its function: one number or several."""
     what = f"{name}: velocity at t = {t:g}"
     size = np.size(call(velocity, what, t))
     return numbers_from(velocity, what, max(size, 1), t)

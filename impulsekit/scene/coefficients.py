@@ -100,11 +100,7 @@ class RestitutionTable(SpeedTable):
 
 
 def checked_restitution(value: Any, what: str) -> float | Callable[[float], float]:
-    """A number in [0, 1], or something that gives one for an approach speed.
-
-    Raises:
-        RangeError, NotFiniteError, InputError.
-    """
+    """Return a number in [0, 1], or something that gives one for an approach speed."""
     if callable(value):
         return value
     if isinstance(value, str | bytes | dict | list | tuple):
@@ -118,7 +114,7 @@ def checked_restitution(value: Any, what: str) -> float | Callable[[float], floa
 def restitution_at(
     value: float | Callable[[float], float] | str, approach_speed: float, what: str
 ) -> float:
-    """e at an approach speed; what a user's own function gives is checked.
+    """Return e at an approach speed; what a user's own function gives is checked.
 
     Raises:
         RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
@@ -233,11 +229,7 @@ Friction: TypeAlias = (
 
 
 def checked_friction(value: Any, what: str) -> Any:
-    """A number, 0 or more, or one of the classes of this module, or a function of the speed.
-
-    Raises:
-        RangeError, NotFiniteError.
-    """
+    """Return a number of 0 or more, a class of this module, or a function of the speed."""
     if isinstance(value, EllipticFriction) or callable(value):
         return value
     if isinstance(value, tuple | list) and len(value) == 2:
@@ -246,11 +238,7 @@ def checked_friction(value: Any, what: str) -> Any:
 
 
 def checked_stiffness(value: Any, what: str) -> float | None:
-    """A number above 0, infinity, or None.
-
-    Raises:
-        RangeError, NotFiniteError.
-    """
+    """Return a number above 0, infinity, or None."""
     if isinstance(value, float | np.floating) and value == math.inf:
         return math.inf
     return optional(positive)(value, what)
@@ -277,14 +265,14 @@ def is_plain(friction: Any) -> bool:
 
 
 def static_friction(friction: Any, what: str = "friction") -> float:
-    """µ of a contact that sticks; of an ellipse the larger one."""
+    """Return µ of a contact that sticks; of an ellipse the larger one."""
     if isinstance(friction, EllipticFriction):
         return max(friction.first, friction.second)
     return friction_at(friction, 0.0, what)
 
 
 def friction_at(friction: Any, slip_speed: float, what: str = "friction") -> float:
-    """µ at a slip speed [m/s]; what a user's own function gives is checked.
+    """Return µ at a slip speed [m/s]; what a user's own function gives is checked.
 
     Raises:
         RangeError, NotFiniteError, ShapeError, CallbackError: the function raised, or gave
@@ -326,7 +314,7 @@ def keep_from_table(contact: Any, by_table: ByTable) -> None:
 
 
 def as_given(contact: Any) -> Any:
-    """A contact of a scene as the user gave it, with "material" in place of the pair's numbers."""
+    """Return a contact as the user gave it, "material" in place of the pair's numbers."""
     by_table = getattr(contact, "_by_table", ())
     if not by_table:
         return contact

@@ -257,7 +257,7 @@ class JointCoupling(InJoint):
 
 
 def velocity_keeping_lock(joint: str) -> JointLock:
-    """A lock that keeps the velocity of a joint, as stiff control does in an impact."""
+    """Return a lock that keeps the velocity of a joint, as stiff control does in an impact."""
     return JointLock(joint, velocity="kept", name=f"controlled {joint}")
 
 
@@ -292,12 +292,12 @@ def _several(value: Any, what: str) -> tuple[Any, ...]:
 
 
 def velocity_of(rows: int | None) -> Check:
-    """``checked_velocity`` of so many rows."""
+    """Return ``checked_velocity`` of so many rows."""
     return lambda value, what: checked_velocity(value, rows, what)
 
 
 def checked_velocity(value: Any, rows: int | None, what: str) -> Any:
-    """ "kept", a function, a number, or ``rows`` numbers; a number stays one if rows is None."""
+    """Return "kept", a function or ``rows`` numbers; a number stays one if rows is None."""
     if callable(value):
         return value
     if isinstance(value, str):

@@ -179,7 +179,7 @@ class JointStop(InJoint):
             )
 
     def limits(self, robot: Robot) -> tuple[float, float]:
-        """Lower and upper limit, its own or the model's [rad, m]."""
+        """Return lower and upper limit, its own or the model's [rad, m]."""
         joint = robot.model.joints[robot.joint_id(self.joint)]
         model = robot.model
         lower = model.lowerPositionLimit[joint.idx_q] if self.lower is None else self.lower

@@ -80,12 +80,12 @@ class Driven(InJoint):
         object.__setattr__(self, "_rates", rates)
 
     def place(self, t: float) -> float:
-        """The coordinate at a time [s]."""
+        """Return the coordinate at a time [s]."""
         what = f'Driven of "{self.joint}": position at t = {t:g}'
         return float(numbers_from(self.position, what, 1, t)[0])
 
     def rate(self, t: float, order: int = 1) -> float:
-        """Its velocity at a time [s], or with order 2 its acceleration."""
+        """Return its velocity at a time [s], or with order 2 its acceleration."""
         given = self.velocity if order == 1 else self.acceleration
         if given is not None:
             what = f'Driven of "{self.joint}": rate at t = {t:g}'

@@ -80,7 +80,7 @@ def entries_of(
     restitution: float = 0.0,
     **entries: Unpack[SceneEntries],
 ) -> SceneEntries:
-    """The entries of a scene with the loops, and on request the contacts, of a robot's file.
+    """Return the entries of a scene with the loops, and on request the contacts, of a robot's file.
 
     Args:
         robot: the robot, such as one of ``Robot.from_mjcf``.

@@ -304,7 +304,7 @@ class AppliedForce(Entry):
         return not callable(self.linear) and not callable(self.angular)
 
     def force_at(self, t: float, name: str | None = None) -> np.ndarray:
-        """(6,) force [N] before couple [N m] at a time [s], in ``axes``.
+        """Return (6,) force [N] before couple [N m] at a time [s], in ``axes``.
 
         Args:
             t: time [s].

@@ -16,7 +16,7 @@ _PLAIN = frozenset((float, int, np.float64))
 
 
 def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
-    """The result of a user's function. Arrays among its arguments are read-only copies.
+    """Return the result of a user's function. Arrays among its arguments are read-only copies.
 
     Raises:
         CallbackError: the function raised an exception, which is the cause.
@@ -39,7 +39,7 @@ def numbers_from(
     *arguments: Any,
     infinite: bool = False,
 ) -> np.ndarray:
-    """(size,) the numbers that a user's function gives; a single one stands for (1,).
+    """Return (size,) the numbers that a user's function gives; one alone stands for (1,).
 
     Args:
         function: the user's.

@@ -167,11 +167,11 @@ class FunctionRows:
             self.labels = ("t1", "t2", "n")
 
     def value(self, q: np.ndarray) -> np.ndarray:
-        """(k,) g, or (1,) the gap."""
+        """Return (k,) g, or (1,) the gap."""
         return numbers_from(self._value, f"{self._what}: {self._names[0]}", self._size, q)
 
     def matrix_at(self, q: np.ndarray) -> np.ndarray:
-        """(k, nv) the rows at q.
+        """Return (k, nv) the rows at q.
 
         Raises:
             RangeError: a gradient is not that of its function.
@@ -189,7 +189,7 @@ class FunctionRows:
         return whole
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(k,) how fast the rows' velocities change where no joint accelerates."""
+        """Return (k,) how fast the rows' velocities change where no joint accelerates."""
         entry = self._entry
         if isinstance(entry, GapConstraint) and entry.bias is not None:
             return numbers_from(entry.bias, f"{self._what}: bias", self._size, q, v)

@@ -65,7 +65,7 @@ class AppliedImpulse(Entry):
         return cast("tuple[float, ...]", (*self.linear, *self.angular))
 
     def with_values(self, values: Sequence[float]) -> AppliedImpulse:
-        """The same with other numbers."""
+        """Return the same with other numbers."""
         return replace(self, linear=values[:3], angular=values[3:])
 
 
@@ -114,14 +114,14 @@ class JointImpulse(InJoint):
         return cast("tuple[float, ...]", self.impulse)
 
     def with_values(self, values: Sequence[float]) -> JointImpulse:
-        """The same with other numbers."""
+        """Return the same with other numbers."""
         return replace(self, impulse=tuple(values))
 
 
 def impulse_numbers(
     entries: Sequence[AppliedImpulse | JointImpulse], names: Sequence[str], impulses: Any = None
 ) -> np.ndarray:
-    """(1 or B, columns) the numbers of known impulses, entry after entry.
+    """Return (1 or B, columns) the numbers of known impulses, entry after entry.
 
     Args:
         entries: the impulses of a scene, and their ``names``.
@@ -169,7 +169,7 @@ def impulse_numbers(
 def with_numbers(
     entries: Sequence[AppliedImpulse | JointImpulse], numbers: np.ndarray
 ) -> tuple[AppliedImpulse | JointImpulse, ...]:
-    """The entries with other numbers (columns,), as ``impulse_numbers`` has them."""
+    """Return the entries with other numbers (columns,), as ``impulse_numbers`` has them."""
     stops = np.cumsum([len(entry.values) for entry in entries])[:-1]
     parts = np.split(numbers, stops) if entries else []
     return tuple(x.with_values(part.tolist()) for x, part in zip(entries, parts, strict=True))

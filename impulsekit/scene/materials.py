@@ -81,7 +81,7 @@ class MaterialPair(Checked):
 def with_materials(
     robot: Robot, contacts: Sequence[Any], materials: Sequence[Any]
 ) -> tuple[Any, ...]:
-    """The contacts, with the coefficients of the table where they ask for it.
+    """Return the contacts, with the coefficients of the table where they ask for it.
 
     Contacts with coefficients of another table get those of this one.
 

@@ -109,7 +109,7 @@ class MotionSettings:
         set_field(self, "stop_times", _times(self.stop_times))
 
     def changed(self, **changes: Any) -> MotionSettings:
-        """The same with some settings changed.
+        """Return the same with some settings changed.
 
         Raises:
             UnknownNameError: no such setting.

@@ -23,7 +23,7 @@ _NO_NUMBERS = (
 
 
 def number(value: Any, what: str) -> float:
-    """A finite float.
+    """Return a finite float.
 
     Raises:
         NotFiniteError: not a number (text and truth values are none), NaN or infinite.
@@ -46,11 +46,7 @@ def number(value: Any, what: str) -> float:
 
 
 def not_negative(value: Any, what: str) -> float:
-    """A finite float, 0 or more.
-
-    Raises:
-        NotFiniteError, RangeError.
-    """
+    """Return a finite float, 0 or more."""
     result = number(value, what)
     if result < 0.0:
         raise RangeError.of(what, result, "0 or more")
@@ -58,11 +54,7 @@ def not_negative(value: Any, what: str) -> float:
 
 
 def positive(value: Any, what: str) -> float:
-    """A finite float above 0.
-
-    Raises:
-        NotFiniteError, RangeError.
-    """
+    """Return a finite float above 0."""
     result = number(value, what)
     if not result > 0.0:
         raise RangeError.of(what, result, "above 0")
@@ -70,7 +62,7 @@ def positive(value: Any, what: str) -> float:
 
 
 def between(low: float, high: float, allowed: str = "") -> Check:
-    """A check of numbers; ``allowed``: the range in words, if not just its ends."""
+    """Return a check of numbers; ``allowed``: the range in words, if not just its ends."""
 
     def checked(value: Any, what: str) -> float:
         result = number(value, what)
@@ -82,7 +74,7 @@ def between(low: float, high: float, allowed: str = "") -> Check:
 
 
 def optional(check: Check) -> Check:
-    """The same check, which lets None pass."""
+    """Return the same check, which lets None pass."""
     return lambda value, what: None if value is None else check(value, what)
 
 
@@ -116,7 +108,7 @@ def keep_table(
 
 
 def each(value: Any) -> Any:
-    """The members of a list or an array, or a single value as the only one."""
+    """Return the members of a list or an array, or a single value as the only one."""
     return value if is_list(value) else (value,)
 
 
@@ -126,7 +118,7 @@ def is_list(value: Any) -> bool:
 
 
 def whole(value: Any, what: str, least: int) -> int:
-    """A whole number, at least so much.
+    """Return a whole number, at least so much.
 
     Raises:
         RangeError: another number, or none.
@@ -137,7 +129,7 @@ def whole(value: Any, what: str, least: int) -> int:
 
 
 def vector(value: Any, what: str) -> Vector:
-    """Three finite floats.
+    """Return three finite floats.
 
     Raises:
         ShapeError: not three entries.
@@ -170,7 +162,7 @@ def _entries(value: Any, what: str) -> Sequence[Any]:
 
 
 def listed(value: Any, what: str) -> tuple[Any, ...]:
-    """The members of a list.
+    """Return the members of a list.
 
     Raises:
         InputError: it is none.
@@ -196,7 +188,7 @@ def choice(*allowed: str, separator: str = ", ") -> Check:
 
 
 def text(value: Any, what: str) -> str:
-    """A name: text that is not empty, without what a terminal would obey."""
+    """Return a name: text that is not empty, without what a terminal would obey."""
     if not isinstance(value, str) or not value:
         raise InputError(f"{what} must be a non-empty name, got {quoted(value)}", what=what)
     if not value.isprintable():

@@ -50,7 +50,7 @@ class ReportPoint(_Labelled):
 
 
 def report_points(value: Any, what: str) -> tuple[ReportPoint, ...]:
-    """Points as they are given: ``ReportPoint``, or the name of a frame for its origin.
+    """Return points as they are given: ``ReportPoint``, or the name of a frame for its origin.
 
     Raises:
         InputError: something else.

@@ -130,7 +130,7 @@ class Scene(Displayed):
 
     @classmethod
     def of_robot(cls, robot: Robot, **entries: Unpack[FromFile]) -> Scene:
-        """A scene with the loops, and on request the contacts, of the robot's file.
+        """Return a scene with the loops, and on request the contacts, of the robot's file.
 
         Args:
             robot: the robot.
@@ -178,7 +178,7 @@ class Scene(Displayed):
         return replace(self, impulses=(*self.impulses, *impulses))
 
     def with_numbers(self, impulses: tuple[AppliedImpulse | JointImpulse, ...]) -> Scene:
-        """The scene with the same impulses at other numbers, which leaves nothing to check."""
+        """Return the scene with its impulses at other numbers, which leaves nothing to check."""
         scene = copy.copy(self)
         object.__setattr__(scene, "impulses", impulses)
         return scene
@@ -230,7 +230,7 @@ class Scene(Displayed):
         return (*self.constraints, *map(velocity_keeping_lock, self.controlled))
 
     def entry_names(self, kind: str) -> tuple[str, ...]:
-        """Names of the entries of a ``kind`` such as "impulses" in results: name or place."""
+        """Return the names of the entries of a ``kind`` such as "impulses": name or place."""
         if kind == "held":
             locks = self.held[len(self.constraints) :]
             return (*self.entry_names("constraints"), *(str(lock.name) for lock in locks))
@@ -321,7 +321,7 @@ class KeptByScene(Generic[T]):
         self.by_scene: dict[int, T] = {}
 
     def of(self, scene: Scene) -> T:
-        """The value kept for a scene."""
+        """Return the value kept for a scene."""
         found = self.by_scene.get(id(scene))
         if found is None:
             found = self.by_scene[id(scene)] = self._make(scene)

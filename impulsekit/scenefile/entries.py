@@ -20,7 +20,7 @@ MOVED = ("gravity", "gap_bound", "controlled")
 
 
 def read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> Any:
-    """The entries of a section, each checked alone against the robot."""
+    """Return the entries of a section, each checked alone against the robot."""
 
     def check(entry: Any, place: str) -> None:
         if robot is not None:
@@ -33,7 +33,7 @@ def read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults
 def read_entries(
     section: Section, raw: Any, check: Callable[[Any, str], None], faults: Faults
 ) -> tuple[Any, ...]:
-    """The entries that could be made; ``check`` gets each of them with its place."""
+    """Return the entries that could be made; ``check`` gets each of them with its place."""
     if not isinstance(raw, tuple):
         faults.add(f"{section.name} must be a list of tables, [[{section.name}]]")
         return ()

@@ -33,7 +33,7 @@ _WANTED = {
 
 
 def tuples_of(value: Any) -> Any:
-    """TOML data with tuples for lists, as the frozen dataclasses have them."""
+    """Return TOML data with tuples for lists, as the frozen dataclasses have them."""
     if isinstance(value, dict):
         return {key: tuples_of(entry) for key, entry in value.items()}
     return tuple(map(tuples_of, value)) if isinstance(value, list) else value
@@ -48,7 +48,7 @@ class Faults(list[str]):
             self.append(sentence)
 
     def error(self, path: str) -> SceneFileError:
-        """All of them as the error of a file."""
+        """Return all of them as the error of a file."""
         if len(self) == 1:
             message = f"{path}: {self[0]}"
         else:
@@ -72,7 +72,7 @@ class Faults(list[str]):
     def validated(
         self, model: type[Model], raw: Any, place: str, moved: Iterable[str] = ()
     ) -> Model | None:
-        """``raw`` as a ``model``, with every fault noted.
+        """Return ``raw`` as a ``model``, with every fault noted.
 
         Where a key is at fault the rest is returned if it can stand alone, so that
         faults further on are found in the same pass.
@@ -134,7 +134,7 @@ class Faults(list[str]):
 
 
 def no_such_key(where: str, key: str, known: Iterable[str], moved: Iterable[str] = ()) -> str:
-    """The sentence for a key that does not exist."""
+    """Return the sentence for a key that does not exist."""
     if key in moved:
         return f"{where}: no such key here; it belongs to the file, above the first [table]"
     names = tuple(known)

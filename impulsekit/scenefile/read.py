@@ -92,7 +92,7 @@ def load_scene(path: str | os.PathLike[str]) -> SceneFile:
 
 
 def read_scene(text: str, source: str) -> SceneFile:
-    """The scene that a text holds, as ``load_scene`` reads it from a file.
+    """Return the scene that a text holds, as ``load_scene`` reads it from a file.
 
     Args:
         text: the TOML.

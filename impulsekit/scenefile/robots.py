@@ -77,7 +77,7 @@ class PlacedRobotTable(RobotTable):
 def read_robots(
     data: dict[str, Any], folder: str, faults: Faults, top: tuple[str, ...]
 ) -> Robot | None:
-    """The robot of a file, or None with the reasons in ``faults``."""
+    """Return the robot of a file, or None with the reasons in ``faults``."""
     if ("robot" in data) == ("robots" in data):
         both = "robot" in data
         faults.add(
@@ -173,7 +173,7 @@ def _matrix(table: PlacementTable, place: str, faults: Faults) -> np.ndarray:
 
 
 def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:
-    """The table that makes a part of a robot again, bit for bit.
+    """Return the table that makes a part of a robot again, bit for bit.
 
     Args:
         folder: paths are written relative to it; None writes them absolute.

@@ -69,7 +69,7 @@ class Section:
     many: bool = True
 
     def kind_of(self, entry: Any) -> str | None:
-        """The name under which the class of an entry stands in the file; None for no kind."""
+        """Return the name that the class of an entry has in the file; None for no kind."""
         return next((kind for kind, cls in self.kinds.items() if type(entry) is cls), None)
 
 
@@ -127,7 +127,7 @@ _RESTITUTIONS = (Restitution, RestitutionTable)
 
 @functools.cache
 def model_of(cls: type) -> type[pydantic.BaseModel]:
-    """The pydantic model with the fields, types and defaults of a frozen dataclass."""
+    """Return the pydantic model with the fields, types and defaults of a frozen dataclass."""
     hints = typing.get_type_hints(cls)
     fields: dict[str, Any] = {}
     for item in dataclasses.fields(cls):
@@ -140,7 +140,7 @@ def model_of(cls: type) -> type[pydantic.BaseModel]:
 
 
 def default_of(item: dataclasses.Field) -> Any:
-    """The default of a field, ``dataclasses.MISSING`` where it has none."""
+    """Return the default of a field, ``dataclasses.MISSING`` where it has none."""
     if item.default_factory is not dataclasses.MISSING:
         return item.default_factory()
     return item.default

@@ -37,7 +37,7 @@ def dump_scene(
     design: Iterable[DesignPoint] = (),
     folder: str | os.PathLike[str] | None = None,
 ) -> str:
-    """The text of a scene file; read back, every float is the same double.
+    """Return the text of a scene file; read back, every float is the same double.
 
     Args:
         scene: what strikes the robot.
