@@ -20,7 +20,7 @@ from ..impact.singular import refuse_massless
 from ..robot import Robot, state
 from ..robot.arrays import lock
 from ..scene import AppliedImpulse, Scene
-from ..scene.at_time import at_rest
+from ..scene.driven import at_rest
 from ..scene.numbers import vector
 
 if TYPE_CHECKING:

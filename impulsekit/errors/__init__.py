@@ -32,35 +32,27 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from .cautions import AssumptionWarning, SetupWarning, warn_of_assumptions, warn_of_setup
-from .wording import a_thing, escaped, nearest_names, one_of, quoted, shape_text, shown
+from .wording import (
+    AssumptionWarning,
+    SetupWarning,
+    a_thing,
+    escaped,
+    nearest_names,
+    one_of,
+    quoted,
+    shape_text,
+    shown,
+    warn_of_assumptions,
+    warn_of_setup,
+)  # fmt: skip
 
 __all__ = [
-    "AssumptionWarning",
-    "ContradictionError",
-    "FileError",
-    "ImpulsekitError",
-    "InputError",
-    "MissingExtraError",
-    "MjcfError",
-    "NotFiniteError",
-    "RangeError",
-    "SceneFileError",
-    "SetupWarning",
-    "ShapeError",
-    "SingularMassError",
-    "SolveError",
-    "StateError",
-    "UnknownNameError",
-    "UrdfError",
-    "a_thing",
-    "check_kind",
-    "nearest_names",
-    "quoted",
-    "shown",
-    "warn_of_assumptions",
-    "warn_of_setup",
-]
+    "AssumptionWarning", "ContradictionError", "FileError", "ImpulsekitError",
+    "InputError", "MissingExtraError", "MjcfError", "NotFiniteError", "RangeError",
+    "SceneFileError", "SetupWarning", "ShapeError", "SingularMassError", "SolveError",
+    "StateError", "UnknownNameError", "UrdfError", "a_thing", "check_kind",
+    "nearest_names", "quoted", "shown", "warn_of_assumptions", "warn_of_setup",
+]  # fmt: skip
 
 
 class ImpulsekitError(Exception):

@@ -15,9 +15,8 @@ from ..errors import InputError, check_kind, warn_of_setup
 from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
 from ..scene import Scene
-from ..scene.at_time import scene_at
 from ..scene.impulses import impulse_numbers, with_numbers
-from ..scene.scene import KeptByThread
+from ..scene.scene import KeptByThread, scene_at
 from .known import KnownImpulses
 from .plan import Plan, needs_core, plan_of, touched_joints
 from .result import Impact

@@ -25,8 +25,7 @@ from ..scene import (
     Scene,
     Spring,
 )
-from ..scene.at_time import is_driven, velocity_at
-from ..scene.driven import Rates
+from ..scene.driven import Rates, is_driven, velocity_at
 from ..scene.forces import PD, TorqueTable
 from ..scene.functions import numbers_from
 from ..scene.gap_functions import FunctionRows

@@ -16,10 +16,10 @@ from ..impact.solver import solve_touching
 from ..robot import state
 from ..robot.model_checks import check_capacity
 from ..scene import Contact, Scene
-from ..scene.at_time import is_driven, scene_at
+from ..scene.driven import is_driven
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
-from ..scene.scene import KeptByScene
+from ..scene.scene import KeptByScene, scene_at
 from .interrupts import Interrupts
 from .record.path import Path
 from .record.sampled import Impacts, Rest

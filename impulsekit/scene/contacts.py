@@ -81,7 +81,7 @@ class Contact(Entry):
         (0.0, 0.0, 1.0)
     """
 
-    section, wording = "contacts", 'of "{frame}" against "{against}"'
+    section, wording = "contacts", '{kind} of "{frame}" against "{against}"'
 
     frame: Name
     at: Vector = (0.0, 0.0, 0.0)
@@ -214,7 +214,7 @@ class Collision(Entry):
         1e-05
     """
 
-    section, wording = "contacts", 'of "{first}" and "{other}"'
+    section, wording = "contacts", '{kind} of "{first}" and "{other}"'
 
     first: Name
     other: Name

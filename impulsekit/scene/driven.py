@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError, RangeError
+from .constraints import JointLock
 from .entry import InJoint
-from .functions import numbers_from
+from .functions import call, numbers_from
 from .numbers import Name
 
 # A size to measure differences by where all values are 0.
@@ -149,3 +150,34 @@ def _check_rate(given: Callable[[float], Any], rates: Rates, order: int, what: s
             raise RangeError.of(
                 f"{what} at t = {t:g} s", one, f"{other:.9g}, the derivative of position"
             )
+
+
+def is_driven(constraint: Any) -> bool:
+    """Return whether a constraint prescribes something that changes with time."""
+    return isinstance(constraint, Driven) or callable(getattr(constraint, "velocity", None))
+
+
+def constraint_at(entry: Any, name: str, t: float) -> Any:
+    """Return a constraint with the velocity that it prescribes at a time [s]."""
+    if isinstance(entry, Driven):
+        return JointLock(entry.joint, velocity=entry.rate(t), name=name)
+    velocity = entry.velocity
+    if callable(velocity):
+        given = np.atleast_1d(velocity_at(velocity, name, t))
+        value = float(given[0]) if given.size == 1 else tuple(given.tolist())
+        return replace(entry, velocity=value, name=name)
+    return entry
+
+
+def at_rest(entry: Any) -> Any:
+    """Return a constraint that lets nothing move."""
+    if isinstance(entry, Driven):
+        return JointLock(entry.joint, name=entry.name)
+    return replace(entry, velocity=0.0)
+
+
+def velocity_at(velocity: Callable[[float], Any], name: str, t: float) -> Any:
+    """Return the velocity of a constraint by its function: one number or several."""
+    what = f"{name}: velocity at t = {t:g}"
+    size = np.size(call(velocity, what, t))
+    return numbers_from(velocity, what, max(size, 1), t)

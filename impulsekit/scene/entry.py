@@ -20,10 +20,11 @@ class Checked:
     A type is ``Annotated`` with a function of the value and of what it is called.
 
     Attributes:
-        wording: begins the sentences of errors, with fields that are names in braces.
+        wording: begins the sentences of errors, with the class and names among the fields in
+            braces.
     """
 
-    wording: ClassVar[str] = ""
+    wording: ClassVar[str] = "{kind}"
 
     def __post_init__(self) -> None:
         own: Any = type(self)
@@ -31,7 +32,7 @@ class Checked:
         names, others = _checks_of(own)
         for name in names:
             keep(self, kind, text, name)
-        what = f"{kind} {self.wording}".rstrip().format_map(vars(self))
+        what = self.wording.format_map({"kind": kind, **vars(self)})
         for name, check in others:
             keep(self, what, check, name)
         self._check(what)
@@ -91,7 +92,7 @@ class Entry(Checked):
 class BetweenFrames(Entry):
     """One that acts between two points, each in its frame."""
 
-    wording = 'of "{frame}" to "{other}"'
+    wording = '{kind} of "{frame}" to "{other}"'
     # Why both ends are to be on two bodies.
     within: ClassVar[str] = ""
     frame: str
@@ -110,7 +111,7 @@ class BetweenFrames(Entry):
 class InJoint(Entry):
     """One that acts in a joint."""
 
-    wording = 'of "{joint}"'
+    wording = '{kind} of "{joint}"'
     joint: str
 
     @property

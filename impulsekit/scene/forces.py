@@ -65,7 +65,7 @@ class JointFriction(InJoint):
         (1.0, (1,))
     """
 
-    section, wording = "forces", 'in "{joint}"'
+    section, wording = "forces", '{kind} in "{joint}"'
 
     joint: Name
     torque: NotNegative
@@ -103,7 +103,7 @@ class JointSpring(InJoint):
         'above'
     """
 
-    section, wording = "forces", 'in "{joint}"'
+    section, wording = "forces", '{kind} in "{joint}"'
 
     joint: Name
     stiffness: NotNegative = 0.0
@@ -139,7 +139,7 @@ class Spring(BetweenFrames):
         'world'
     """
 
-    section, wording = "forces", 'from "{frame}" to "{other}"'
+    section, wording = "forces", '{kind} from "{frame}" to "{other}"'
     within = "a spring between them moves nothing"
 
     frame: Name
@@ -231,7 +231,7 @@ class Actuator(InJoint):
         (0.4,)
     """
 
-    section, wording = "forces", 'in "{joint}"'
+    section, wording = "forces", '{kind} in "{joint}"'
 
     joint: Name
     torque: float | tuple[float, ...] | PD | TorqueTable | Callable[[float, Any, Any], Any]
@@ -280,7 +280,7 @@ class AppliedForce(Entry):
         np.float64(10.0)
     """
 
-    section, wording = "forces", 'on "{frame}"'
+    section, wording = "forces", '{kind} on "{frame}"'
 
     frame: Name
     linear: VectorInTime = (0.0, 0.0, 0.0)

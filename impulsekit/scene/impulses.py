@@ -38,7 +38,7 @@ class AppliedImpulse(Entry):
         (0.0, 5.0, 0.0)
     """
 
-    section, wording = "impulses", 'on "{frame}"'
+    section, wording = "impulses", '{kind} on "{frame}"'
 
     frame: Name
     linear: Vector = (0.0, 0.0, 0.0)
@@ -90,7 +90,7 @@ class JointImpulse(InJoint):
         (0.4,)
     """
 
-    section, wording = "impulses", 'in "{joint}"'
+    section, wording = "impulses", '{kind} in "{joint}"'
 
     joint: Name
     impulse: Numbers

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from ..errors import InputError
-from .numbers import between, choice, keep
+from .entry import Checked
+from .numbers import between, choice
 
 Restitution = Literal["newton", "poisson", "stronge", "lzb"]
 Slip = Literal["end", "path"]
@@ -15,7 +16,7 @@ RESTITUTIONS, SLIPS, ORDERS = map(get_args, (Restitution, Slip, Order))
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(Checked):
     """The laws of contact: restitution, slip and order. Coefficients belong to each contact.
 
     u is the relative velocity at a contact, n its normal part, t its tangential one;
@@ -73,16 +74,14 @@ class Law:
         Law(restitution='stronge', slip='path', order='simultaneous', exponent=1.5)
     """
 
-    restitution: Restitution = "newton"
-    slip: Slip = "end"
-    order: Order = "simultaneous"
-    exponent: float = 1.5
+    wording = "law"
 
-    def __post_init__(self) -> None:
-        words = {"restitution": RESTITUTIONS, "slip": SLIPS, "order": ORDERS}
-        for name, allowed in words.items():
-            keep(self, "law", choice(*allowed, separator=" or "), name)
-        keep(self, "law", between(1.0, 10.0), "exponent")
+    restitution: Annotated[Restitution, choice(*RESTITUTIONS, separator=" or ")] = "newton"
+    slip: Annotated[Slip, choice(*SLIPS, separator=" or ")] = "end"
+    order: Annotated[Order, choice(*ORDERS, separator=" or ")] = "simultaneous"
+    exponent: Annotated[float, between(1.0, 10.0)] = 1.5
+
+    def _check(self, what: str) -> None:
         if self.restitution == "lzb":
             if self.order == "sequential":
                 raise InputError(

@@ -36,7 +36,7 @@ class Material(Checked):
         ('ball',)
     """
 
-    wording = '"{name}"'
+    wording = '{kind} "{name}"'
 
     name: Name
     links: tuple[str, ...]
@@ -69,7 +69,7 @@ class MaterialPair(Checked):
         0.9
     """
 
-    wording = 'of "{first}" and "{other}"'
+    wording = '{kind} of "{first}" and "{other}"'
 
     first: Name
     other: Name

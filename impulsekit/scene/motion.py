@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from ..errors import InputError, RangeError, UnknownNameError, quoted
-from .numbers import number
+from .entry import Checked
+from .numbers import Check, between, choice, keep, number
 
 # Of all motions [s].
 LONGEST = 1e9
@@ -25,8 +26,32 @@ METHODS = ("dop853", "radau", "rk4", "semi-implicit")
 TOLERANCES = {"normal": (1e-8, 1e-10), "high": (5e-11, 1e-12)}
 
 
+def _count(least: int, most: int, allowed: str) -> Check:
+    """A check of whole numbers."""
+    within = between(least, most, allowed)
+
+    def checked(value: Any, what: str) -> int:
+        result = within(value, what)
+        if result != int(result):
+            raise RangeError.of(what, value, "a whole number")
+        return int(result)
+
+    return checked
+
+
+def _times(given: Any, what: str) -> tuple[float, ...]:
+    """Times as numbers, in order."""
+    if isinstance(given, str | bytes | dict) or not isinstance(given, Iterable):
+        raise InputError(f"{what} must be a list of times, got {quoted(given)}", what=what)
+    times = sorted({number(t, f"{what}[{i}]") for i, t in enumerate(given)})
+    for t in times:
+        if not 0.0 <= t <= LONGEST:
+            raise RangeError.of(what, t, "0 to 1e9 s")
+    return tuple(times)
+
+
 @dataclass(frozen=True)
-class MotionSettings:
+class MotionSettings(Checked):
     """The settings of ``simulate``; in a scene file the table [motion].
 
     Attributes:
@@ -59,54 +84,29 @@ class MotionSettings:
         (1e-08, 5e-11)
     """
 
-    duration: float = 1.0
-    samples: int = 201
-    method: str = "dop853"
-    accuracy: str = "normal"
+    wording = "motion"
+
+    duration: Annotated[float, between(0.0, LONGEST, "0 to 1e9 s")] = 1.0
+    samples: Annotated[int, _count(1, 10_000_000, "1 to 10 million")] = 201
+    method: Annotated[str, choice(*METHODS)] = "dop853"
+    accuracy: Annotated[str, choice(*TOLERANCES)] = "normal"
     # Numbers once the settings are made.
-    rtol: float = None  # type: ignore[assignment]
-    atol: float = None  # type: ignore[assignment]
-    step: float = 1e-3
-    max_step: float | None = None
-    stop_times: tuple[float, ...] = ()
-    capture_speed: float = 1e-7
-    together: float = 1e-9
-    max_impacts: int = 10_000
-    max_steps: int = 100_000
+    rtol: Annotated[float, between(LEAST_RTOL, 0.1, "1e-13 to 0.1")] = None  # type: ignore[assignment]
+    atol: Annotated[float, between(LEAST_ATOL, 1.0, "above 0, up to 1")] = None  # type: ignore[assignment]
+    step: Annotated[float, between(LEAST_STEP, 1e3, "1e-9 to 1e3 s")] = 1e-3
+    max_step: Annotated[float, between(LEAST_STEP, LONGEST, "1e-9 to 1e9 s, or None")] | None = None
+    stop_times: Annotated[tuple[float, ...], _times] = ()
+    capture_speed: Annotated[float, between(0.0, 1e3, "0 to 1e3 m/s")] = 1e-7
+    together: Annotated[float, between(0.0, LONGEST_TOGETHER, "0 to 1e-3 s")] = 1e-9
+    max_impacts: Annotated[int, _count(0, 10**9, "0 or more")] = 10_000
+    max_steps: Annotated[int, _count(1, 10**9, "1 or more")] = 100_000
 
     def __post_init__(self) -> None:
-        set_field = object.__setattr__
-        _check_choice("accuracy", self.accuracy, TOLERANCES)
-        _check_choice("method", self.method, METHODS)
+        keep(self, self.wording, choice(*TOLERANCES), "accuracy")
         for name, usual in zip(("rtol", "atol"), TOLERANCES[self.accuracy], strict=True):
             if getattr(self, name) is None:
-                set_field(self, name, usual)
-        for name, least, most, allowed in (
-            ("duration", 0.0, LONGEST, "0 to 1e9 s"),
-            ("rtol", LEAST_RTOL, 0.1, "1e-13 to 0.1"),
-            ("atol", LEAST_ATOL, 1.0, "above 0, up to 1"),
-            ("step", LEAST_STEP, 1e3, "1e-9 to 1e3 s"),
-            ("max_step", LEAST_STEP, LONGEST, "1e-9 to 1e9 s, or None"),
-            ("capture_speed", 0.0, 1e3, "0 to 1e3 m/s"),
-            ("together", 0.0, LONGEST_TOGETHER, "0 to 1e-3 s"),
-            ("samples", 1, 10_000_000, "1 to 10 million"),
-            ("max_impacts", 0, 10**9, "0 or more"),
-            ("max_steps", 1, 10**9, "1 or more"),
-        ):
-            what = f"motion: {name}"
-            given = getattr(self, name)
-            if name == "max_step" and given is None:
-                continue
-            value = number(given, what)
-            if not least <= value <= most:
-                raise RangeError.of(what, given, allowed)
-            if name in ("samples", "max_impacts", "max_steps"):
-                if value != int(value) or isinstance(given, bool):
-                    raise RangeError.of(what, given, "a whole number")
-                set_field(self, name, int(value))
-            else:
-                set_field(self, name, value)
-        set_field(self, "stop_times", _times(self.stop_times))
+                object.__setattr__(self, name, usual)
+        super().__post_init__()
 
     def changed(self, **changes: Any) -> MotionSettings:
         """Return the same with some settings changed.
@@ -124,21 +124,3 @@ class MotionSettings:
             return dataclasses.replace(self, **changes)
         except TypeError as error:
             raise InputError(str(error)) from None
-
-
-def _check_choice(name: str, given: Any, choices: Iterable[str]) -> None:
-    if not isinstance(given, str) or given not in choices:
-        wanted = ", ".join(f'"{choice}"' for choice in choices)
-        raise RangeError.of(f"motion: {name}", quoted(given), wanted)
-
-
-def _times(given: Any) -> tuple[float, ...]:
-    """Times as numbers, in order."""
-    what = "motion: stop_times"
-    if isinstance(given, str | bytes | dict) or not isinstance(given, Iterable):
-        raise InputError(f"{what} must be a list of times, got {quoted(given)}", what=what)
-    times = sorted({number(t, f"{what}[{i}]") for i, t in enumerate(given)})
-    for t in times:
-        if not 0.0 <= t <= LONGEST:
-            raise RangeError.of(what, t, "0 to 1e9 s")
-    return tuple(times)

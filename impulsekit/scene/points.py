@@ -14,7 +14,7 @@ from .numbers import Name, Vector
 class _Labelled(Checked):
     """A point of a frame that may have a label."""
 
-    wording = 'on "{frame}"'
+    wording = '{kind} on "{frame}"'
     frame: str
     at: Vector
     label: str | None

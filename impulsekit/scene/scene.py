@@ -306,6 +306,22 @@ def _names(value: Any, what: str) -> tuple[str, ...]:
     return tuple(text(name, f"Scene: {what}[{i}]") for i, name in enumerate(names))
 
 
+def scene_at(scene: Scene, t: float) -> Scene:
+    """Return the scene with what is driven in time as at a time [s]; itself where nothing is."""
+    from .driven import constraint_at, is_driven
+
+    if not any(map(is_driven, scene.constraints)):
+        return scene
+    names = scene.entry_names("constraints")
+    return replace(
+        scene,
+        constraints=[
+            constraint_at(entry, name, t)
+            for entry, name in zip(scene.constraints, names, strict=True)
+        ],
+    )
+
+
 T = TypeVar("T")
 
 

@@ -23,10 +23,19 @@ from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import Vector
 from ..scene.points import DesignPoint, ReportPoint
-from .entries import MOVED, read_entries, read_section
 from .faults import Faults, no_such_key, tuples_of
 from .robots import read_robots
-from .vocabulary import DESIGN, MOTION, POINTS, SECTIONS, STRICT, Section
+from .vocabulary import (
+    DESIGN,
+    MOTION,
+    MOVED,
+    POINTS,
+    SECTIONS,
+    STRICT,
+    Section,
+    read_entries,
+    read_section,
+)
 
 _OWN = ("robot", "robots", "state", *MOVED, "motion", "design", "report", "batch")
 _TOP = (*_OWN, *(section.name for section in SECTIONS))

@@ -19,9 +19,8 @@ from ..scene import Scene
 from ..scene.coefficients import as_given
 from ..scene.motion import MotionSettings
 from ..scene.points import DesignPoint, ReportPoint
-from .entries import MOVED
 from .robots import part_as_table
-from .vocabulary import DESIGN, MOTION, NESTED, POINTS, SECTIONS, Section, default_of
+from .vocabulary import DESIGN, MOTION, MOVED, NESTED, POINTS, SECTIONS, Section, default_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

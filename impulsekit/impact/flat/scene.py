@@ -23,12 +23,11 @@ from ...scene import (
     Rope,
     Scene,
 )
-from ...scene.at_time import scene_at
 from ...scene.coefficients import EllipticFriction
 from ...scene.constraints import KEPT
 from ...scene.contacts import turns
 from ...scene.gap_functions import FunctionRows
-from ...scene.scene import KeptByScene
+from ...scene.scene import KeptByScene, scene_at
 from .model import FlatModel, flat_model_of
 
 __all__ = [
