@@ -45,8 +45,8 @@ def reason_of(error: OSError | ValueError) -> str:
 
 
 @contextlib.contextmanager
-def file_told(path: str | os.PathLike[str], *, writing: bool = False) -> Iterator[None]:
-    """Turn an ``OSError`` on a path into a ``FileError`` that tells it.
+def as_file_error(path: str | os.PathLike[str], *, writing: bool = False) -> Iterator[None]:
+    """Turn an ``OSError`` on a path into a ``FileError``.
 
     Raises:
         FileError: what is within raised an ``OSError``, or the path cannot be one.
@@ -59,9 +59,9 @@ def file_told(path: str | os.PathLike[str], *, writing: bool = False) -> Iterato
         reason = reason_of(error)
         if writing and isinstance(error, FileNotFoundError | NotADirectoryError):
             reason = "there is no folder to write it into"
-        told = FileError(f"{shown(os.fspath(path), 200)}: {reason}", path=os.fspath(path))
-        told.errno = error.errno
-        raise told from error
+        wrapped = FileError(f"{shown(os.fspath(path), 200)}: {reason}", path=os.fspath(path))
+        wrapped.errno = error.errno
+        raise wrapped from error
 
 
 def path_of(path: object, what: str) -> str:
@@ -119,7 +119,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         FileError: it is a folder, a pipe or a device, its folder does not exist, or writing is
             not permitted.
     """
-    with file_told(path, writing=True):
+    with as_file_error(path, writing=True):
         _check_target(_target(path))
 
 
@@ -142,7 +142,7 @@ def replaced_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     Raises:
         FileError: it cannot be written; what was there stays as it was.
     """
-    with file_told(path, writing=True):
+    with as_file_error(path, writing=True):
         target = _target(path)
         mode = _check_target(target)
         folder, name = os.path.split(target)

@@ -12,7 +12,7 @@ from benchmarks.recorded.section import Section
 from benchmarks.urdf import link_text, robot_text
 from impulsekit.design.parameters import Measurement
 from impulsekit.errors import FileError, shown
-from impulsekit.files import file_told, open_plain_file
+from impulsekit.files import as_file_error, open_plain_file
 from impulsekit.measured.comparison import (
     LawCandidate,
     LawComparison,
@@ -66,7 +66,7 @@ def load_drops(path: str | os.PathLike[str]) -> Drops:
     label = shown(os.fspath(path), 200)
     if not os.path.exists(path):
         raise FileError(f"{label}: there is no such file; {WHERE}", path=os.fspath(path))
-    with file_told(path), open_plain_file(path) as file:
+    with as_file_error(path), open_plain_file(path) as file:
         if os.fstat(file.fileno()).st_size > LARGEST:
             raise FileError(f"{label}: too large for a list of impacts", path=os.fspath(path))
         try:

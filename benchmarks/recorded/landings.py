@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from benchmarks.recorded.section import Section
 from impulsekit.errors import FileError, InputError, shown
-from impulsekit.files import file_told, open_plain_file
+from impulsekit.files import as_file_error, open_plain_file
 from impulsekit.impact.solver import solve_without_warnings
 from impulsekit.measured.active_contacts import ClosingContacts
 from impulsekit.motion.record.status import MotionStatus
@@ -157,7 +157,7 @@ def load_landings(folder: str | os.PathLike[str]) -> tuple[Robot, list[Landing],
 
 def _array(path: Path) -> np.ndarray:
     label = shown(path.name, 80)
-    with file_told(path), open_plain_file(path) as file:
+    with as_file_error(path), open_plain_file(path) as file:
         try:
             array = np.asarray(np.load(file, allow_pickle=False), dtype=float)
             if not np.isfinite(array).all():

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from impulsekit.errors import FileError, shown
-from impulsekit.files import file_told, open_plain_file
+from impulsekit.files import as_file_error, open_plain_file
 
 # [bytes] A toss has some 20 kB.
 LARGEST = 100_000_000
@@ -38,7 +38,7 @@ def read_tensor(path: str | os.PathLike[str]) -> np.ndarray:
         FileError: the file is none.
     """
     label = shown(Path(path).name, 80)
-    with file_told(path), open_plain_file(path) as file:
+    with as_file_error(path), open_plain_file(path) as file:
         try:
             if os.fstat(file.fileno()).st_size > LARGEST:
                 raise ValueError("too large for a toss")

@@ -117,9 +117,9 @@ def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int =
     ``above`` is how many frames stand between this call and the user's line.
 
     Example:
-        >>> with warnings.catch_warnings(record=True, action="always") as told:
+        >>> with warnings.catch_warnings(record=True, action="always") as caught:
         ...     warn_of_assumptions("arm.urdf", ["link tool has no mass"])
-        >>> told[0].category.__name__
+        >>> caught[0].category.__name__
         'AssumptionWarning'
     """
     if assumptions:
@@ -150,9 +150,9 @@ def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
     """Warn by one ``SetupWarning``, if there is any doubt; ``above`` as for the other.
 
     Example:
-        >>> with warnings.catch_warnings(record=True, action="always") as told:
+        >>> with warnings.catch_warnings(record=True, action="always") as caught:
         ...     warn_of_setup([])
-        >>> told
+        >>> caught
         []
     """
     if doubts:

@@ -20,7 +20,7 @@ import pinocchio as pin
 
 from ..design.parameters import Measurement
 from ..errors import InputError, ShapeError, UnknownNameError, quoted, shown
-from ..files import file_told, read_text_file
+from ..files import as_file_error, read_text_file
 from ..scene import Scene
 from .csv_table import csv_columns
 
@@ -54,7 +54,7 @@ def load_measurements(
         (12, (6,))
     """
     label = shown(os.fspath(path), 200)
-    with file_told(path):
+    with as_file_error(path):
         data = read_text_file(path)
     rows = _of_json(data, label) if os.fspath(path).endswith(".json") else _of_table(data, label)
     if not rows:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileError, InputError, MissingExtraError, ShapeError, quoted, shown
-from ..files import file_told, open_plain_file, path_of
+from ..files import as_file_error, open_plain_file, path_of
 from ..robot import Robot
 from .columns import RecordingFormat
 from .csv_table import csv_columns, is_number, without_unit
@@ -69,7 +69,7 @@ def load_recordings(
     label = shown(Path(path).name, 80)
     format = format or RecordingFormat()
     ending = Path(path).suffix.lower()
-    with file_told(path):
+    with as_file_error(path):
         if os.path.isdir(path) or ending in (".db3", ".mcap", ".bag"):
             from .rosbag import columns_of_bag
 

@@ -1,19 +1,26 @@
-"""Arrays that users give: copies of finite numbers, or an error that says what is wrong."""
+"""Arrays, numbers and names that users give: kept as plain data, or an error that names them."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, ShapeError, quoted
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
 
+# Beyond this the products of a solve would overflow.
+LARGEST = 1e100
 # Arrays of exactly this type are taken as they are.
 FLOAT = np.dtype(float)
 # Kinds of dtype that become floats without a loss: whole numbers, floats, True and False.
 _REAL = "fiub"
 # What numpy turns into a float that it is not.
 _NOT_REAL = (str, bytes, np.complexfloating, np.datetime64, np.timedelta64, np.void)
+# What float() would take, or numpy turn into a float.
+_NO_NUMBERS = (
+    str, bytes, bool, np.bool_, np.complexfloating, np.datetime64, np.timedelta64,
+)  # fmt: skip
 
 
 def real_numbers(value: Any, *, copied: bool = True) -> np.ndarray:
@@ -98,3 +105,43 @@ def read_only(array: np.ndarray) -> np.ndarray:
     """Return the same array, made read-only."""
     lock(array)
     return array
+
+
+def number(value: Any, what: str) -> float:
+    """Return a finite float.
+
+    Raises:
+        NotFiniteError: not a number (text and truth values are none), NaN or infinite.
+        RangeError: beyond ±1e100.
+    """
+    try:
+        # Python would take "2" and True for numbers, and numpy's complex numbers and times.
+        if isinstance(value, _NO_NUMBERS):
+            raise TypeError
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise NotFiniteError(
+            f"{what} must be a number, got {quoted(value)}", what=what, where=what
+        ) from None
+    if not math.isfinite(result):
+        raise NotFiniteError(f"{what} must be a finite number, got {result}", what=what, where=what)
+    if abs(result) > LARGEST:
+        raise RangeError.of(what, result, f"-{LARGEST:g} to {LARGEST:g}")
+    return result
+
+
+def not_negative(value: Any, what: str) -> float:
+    """Return a finite float, 0 or more."""
+    result = number(value, what)
+    if result < 0.0:
+        raise RangeError.of(what, result, "0 or more")
+    return result
+
+
+def text(value: Any, what: str) -> str:
+    """Return a name: text that is not empty, without what a terminal would obey."""
+    if not isinstance(value, str) or not value:
+        raise InputError(f"{what} must be a non-empty name, got {quoted(value)}", what=what)
+    if not value.isprintable():
+        raise InputError(f"{what} must be printable text, got {quoted(value)}", what=what)
+    return value

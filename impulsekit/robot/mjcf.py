@@ -172,13 +172,10 @@ class MjcfRobot:
         reference = float(mj.qpos0[mj.jnt_qposadr[joint]])
         back = pin.SE3.Identity()
         if kind == _HINGE:
-            model = _hinge(axis)
             back.rotation = pin.exp3(-reference * axis)
         elif kind == _SLIDE:
-            model = _slide(axis)
             back.translation = -reference * axis
-        else:
-            model = pin.JointModelSpherical()
+        model = pin.JointModelSpherical() if kind == _BALL else _along(kind, axis)
         joint_id = self._new_joint(above, model, placement * at * back, name)
         self._bounds(joint, joint_id)
         return joint_id, at.inverse()
@@ -336,11 +333,8 @@ class MjcfRobot:
 
 def _names(mj: Any, kind: str) -> list[str]:
     """Names of all of a kind that not every version of MuJoCo has an accessor for."""
-    names = []
-    for i, start in enumerate(getattr(mj, f"name_{kind}adr")):
-        name = mj.names[int(start) : mj.names.index(b"\0", int(start))].decode()
-        names.append(name or f"{kind} {i}")
-    return names
+    starts = getattr(mj, f"name_{kind}adr")
+    return [_text(mj, int(start)) or f"{kind} {i}" for i, start in enumerate(starts)]
 
 
 def _text(mj: Any, start: int) -> str:
@@ -356,22 +350,26 @@ def _placement(position: np.ndarray, wxyz: np.ndarray) -> pin.SE3:
     return pin.SE3(rotation_of(wxyz), np.array(position))
 
 
-def _hinge(axis: np.ndarray) -> Any:
-    kinds = (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
-    return _along(axis, kinds) or pin.JointModelRevoluteUnaligned(axis)
+# The cheaper joints along coordinate axes, and the one along any other.
+_ALONG = {
+    _HINGE: (
+        (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ),
+        pin.JointModelRevoluteUnaligned,
+    ),
+    _SLIDE: (
+        (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ),
+        pin.JointModelPrismaticUnaligned,
+    ),
+}
 
 
-def _slide(axis: np.ndarray) -> Any:
-    kinds = (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ)
-    return _along(axis, kinds) or pin.JointModelPrismaticUnaligned(axis)
-
-
-def _along(axis: np.ndarray, kinds: tuple[Any, ...]) -> Any:
-    """The cheaper joint along a positive coordinate axis, if the axis is one."""
-    for i, kind in enumerate(kinds):
-        if abs(axis - np.eye(3)[i]).max() <= _ON_AXIS:
-            return kind()
-    return None
+def _along(kind: int, axis: np.ndarray) -> Any:
+    """A hinge or slide along an axis."""
+    along, other = _ALONG[kind]
+    for unit, own in zip(np.eye(3), along, strict=True):
+        if abs(axis - unit).max() <= _ON_AXIS:
+            return own()
+    return other(axis)
 
 
 def _set(model: pin.Model, field: str, entries: slice, values: Any) -> None:

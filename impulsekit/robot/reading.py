@@ -267,14 +267,14 @@ class RobotReaders(RobotStates):
         from .geometry import folders_of_file
         from .sdf import read_sdf
 
-        read, path = read_sdf(source, model)
-        folders = (*_folders(package_dirs), *folders_of_file(path))
+        read = read_sdf(source, model)
+        folders = (*_folders(package_dirs), *folders_of_file(read.path))
         part = RobotPart(
             read.urdf.text,
             package_dirs=tuple(map(os.path.abspath, folders)),
             assumptions=read.assumptions,
             loops=read.loops,
-            source=read.label,
+            source=read.path or "SDF text",
         )
         return cls._of_urdf(read.urdf, part, root)
 
@@ -286,7 +286,7 @@ class RobotReaders(RobotStates):
         *,
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
-        """Return a robot from a URDF, xacro, MJCF or SDF file, told apart by its first element.
+        """Return a robot from a URDF, xacro, MJCF or SDF file, by its outermost element.
 
         Args:
             path: the file.

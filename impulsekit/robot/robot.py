@@ -9,7 +9,6 @@ reference are read from; what was changed is kept, so that a scene file can hold
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -19,8 +18,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
-from .arrays import array_of, floats
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError
+from .arrays import array_of, floats, not_negative, number, text
 from .base import RobotBase
 from .reading import RobotReaders
 from .robot_xml import element, xml_of
@@ -133,16 +132,6 @@ def _part_of_link(robot: Kind, frame: str, where: str) -> tuple[RobotPart, str]:
     return part, frame.removeprefix(part.prefix)
 
 
-def _number(value: Any, what: str, least: float = -math.inf) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise InputError(f"{what} must be a number, got {quoted(value)}")
-    if not math.isfinite(value):
-        raise NotFiniteError.of(what, "it", value)
-    if value < least:
-        raise RangeError.of(what, value, f"{least:g} or more")
-    return float(value)
-
-
 def _moments(inertia: Any) -> tuple[float, ...]:
     """ixx, ixy, ixz, iyy, iyz, izz of a (3, 3) tensor, of six or of three principal moments."""
     what = "with_body: inertia"
@@ -221,13 +210,11 @@ class Robot(RobotReaders):
             2.0
         """
         part, own = _part_of_link(self, frame, "with_body")
-        mass = _number(mass, "with_body: mass", 0.0)
+        mass = not_negative(mass, "with_body: mass")
         centre = tuple(array_of(com, (3,), "with_body: com").tolist())
         moments = _moments(inertia)
         given = f"{own}_payload" if name is None else name
-        if not isinstance(given, str) or not given or not given.isprintable():
-            raise InputError(f"with_body: name must be printable text, got {quoted(given)}")
-        whole_name = part.prefix + given
+        whole_name = part.prefix + text(given, "with_body: name")
         if whole_name in self.frame_names:
             raise InputError(
                 f'with_body: the robot has a frame "{whole_name}" already; name another'
@@ -275,7 +262,7 @@ class Robot(RobotReaders):
                     f'with_lock: joint "{name}" has {joint.nv} degrees of freedom of its own; one '
                     "that turns or slides can be locked"
                 )
-            values[name] = _number(value, f'with_lock: joint "{name}"')
+            values[name] = number(value, f'with_lock: joint "{name}"')
             ids.append(joint_id)
         if any(joint.shortname() == "JointModelMimic" for joint in self.model.joints):
             raise InputError(
@@ -329,7 +316,7 @@ class Robot(RobotReaders):
         whole = np.array(model.armature)
         for name, value in armature.items():
             joint = model.joints[self.joint_id(name, "with_armature")]
-            ratio = _number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
+            ratio = number(gear.get(name, 1.0), f'with_armature: gear of "{name}"')
             what = f'with_armature: "{name}"'
             each = [value] * joint.nv if np.ndim(value) == 0 else value
             values = array_of(each, (joint.nv,), what)
@@ -368,13 +355,11 @@ class Robot(RobotReaders):
         length = float(np.linalg.norm(along))
         if length == 0.0:
             raise RangeError.of("with_ground: normal", normal, "a direction")
-        if not isinstance(name, str) or not name or not name.isprintable():
-            raise InputError(f"with_ground: name must be printable text, got {quoted(name)}")
         part = self.parts[0]
-        own = name.removeprefix(part.prefix)
+        own = text(name, "with_ground: name").removeprefix(part.prefix)
         if any(ground.name == own for ground in part.changes.grounds):
             raise InputError(f'with_ground: there is a ground "{name}" already; name another')
-        height = _number(height, "with_ground: height")
+        height = number(height, "with_ground: height")
         unit = along / length
         if part.placement is not None:
             # The plane is kept in the coordinates of the part, which moves it along.

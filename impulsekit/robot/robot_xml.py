@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -15,11 +15,10 @@ import numpy as np
 
 from ..errors import MjcfError, UrdfError, a_thing, shown
 from ..files import read_text_file, reason_of
+from .arrays import LARGEST
 
 Fault = type[UrdfError] | type[MjcfError]
 
-# Beyond this the squares of lengths and masses would overflow.
-LARGEST = 1e100
 # Elements within elements: a URDF has five levels.
 DEEPEST_ELEMENT = 200
 # How many names one sentence lists.
@@ -167,6 +166,10 @@ class Place:
     source: str
     element: str = ""
     kind: Fault = UrdfError
+
+    def at(self, element: str) -> Place:
+        """Return the place of an element of the same file."""
+        return replace(self, element=element)
 
     def fault(self, sentence: str, element: str | None = None) -> Any:
         """Return the error; ``element`` is carried in place of the one that the sentence names."""

@@ -16,7 +16,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import MjcfError, UrdfError, shown
-from .robot_xml import LARGEST, Place, element, parsed_xml, text_of
+from .arrays import LARGEST
+from .robot_xml import Place, element, parsed_xml, text_of
 from .source import Loop
 from .urdf import UrdfText, checked_urdf
 from .urdf_elements import MOMENTS
@@ -41,19 +42,19 @@ class SdfModel:
 
     Attributes:
         urdf: the model as a URDF that has passed the check.
-        label: the file in messages.
+        path: the file it came from, or None.
         loops: joints to links that another joint carries, and gearboxes.
         assumptions: what was assumed or left out.
     """
 
     urdf: UrdfText
-    label: str
+    path: str | None
     loops: tuple[Loop, ...]
     assumptions: tuple[str, ...]
 
 
-def read_sdf(source: Any, model: str | None = None) -> tuple[SdfModel, str | None]:
-    """Read one <model> of an SDF file or text; its path comes second.
+def read_sdf(source: Any, model: str | None = None) -> SdfModel:
+    """Read one <model> of an SDF file or text.
 
     Raises:
         MjcfError: it cannot be read, holds several models and none is named, or has a joint
@@ -61,33 +62,31 @@ def read_sdf(source: Any, model: str | None = None) -> tuple[SdfModel, str | Non
     """
     text, path = text_of(source, "from_sdf takes a path or SDF text, got", MjcfError)
     path = None if path is None else os.path.abspath(path)
-    place = Place(path or "SDF text", kind=MjcfError)
+    file = Place(path or "SDF text", kind=MjcfError)
     text, repairs = repair_text(text, "sdf")
-    root = parsed_xml(text, place.source, MjcfError)
+    root = parsed_xml(text, file.source, MjcfError)
     models = [root] if root.tag == "model" else list(root.iter("model"))
     names = [each.get("name", "") for each in models]
-
-    def fault(what: str, sentence: str) -> Any:
-        return Place(place.source, what, MjcfError).fault(sentence)
-
     if root.tag not in ("sdf", "model", "world") or not models:
-        raise fault(f"<{shown(root.tag)}>", "an SDF has <sdf> with a <model> in it")
+        sentence = "an SDF has <sdf> with a <model> in it"
+        raise file.at(f"<{shown(root.tag)}>").fault(sentence)
     known = ", ".join(f'"{name}"' for name in names)
     if model is None and len(models) > 1:
-        raise fault("<sdf>", f"it holds {len(models)} models ({known}); name one: model=")
+        sentence = f"it holds {len(models)} models ({known}); name one: model="
+        raise file.at("<sdf>").fault(sentence)
     if model is not None and names.count(model) != 1:
         several = f"{names.count(model)} models have this name, each needs one of its own"
         reason = several if model in names else f"no such model; choose {known}"
-        raise fault(f'model "{shown(model)}"', reason)
-    chosen = SdfElements(models[0 if model is None else names.index(model)], place.source)
+        raise file.at(f'model "{shown(model)}"').fault(reason)
+    chosen = SdfElements(models[0 if model is None else names.index(model)], file)
     robot, loops = chosen.robot()
     try:
-        urdf = checked_urdf(robot, "", None, source=place.source)
+        urdf = checked_urdf(robot, "", None, source=file.source)
     except UrdfError as error:
         words = str(error).replace("a URDF", "a robot")
-        raise MjcfError(words, source=place.source, element=error.element) from None
+        raise MjcfError(words, source=file.source, element=error.element) from None
     assumed = (*repairs, *chosen.assumed, *urdf.assumptions)
-    return SdfModel(urdf, place.source, loops, assumed), path
+    return SdfModel(urdf, path, loops, assumed)
 
 
 class SdfElements:
@@ -103,13 +102,13 @@ class SdfElements:
         MjcfError: it includes other models, has no link, or a pose that cannot be read.
     """
 
-    def __init__(self, model: Element, source: str) -> None:
-        self._source = source
+    def __init__(self, model: Element, file: Place) -> None:
+        self._file = file
         self.name = model.get("name") or "robot"
         self.links = {link.get("name", ""): link for link in model.findall("link")}
         self.joints = {joint.get("name", ""): joint for joint in model.findall("joint")}
         self.assumed: list[str] = []
-        place = Place(source, "<model>", MjcfError)
+        place = file.at("<model>")
         if model.find("include") is not None or model.find("model") is not None:
             raise place.fault("it includes other models; write them into one first")
         if not self.links:
@@ -153,7 +152,7 @@ class SdfElements:
     # -- numbers and poses ----------------------------------------------------------
 
     def _place(self, tag: str, name: str) -> Place:
-        return Place(self._source, f'{tag} "{shown(name)}"', MjcfError)
+        return self._file.at(f'{tag} "{shown(name)}"')
 
     def _end_of(self, joint: str, tag: str) -> str:
         end = self.joints[joint].find(tag)
@@ -184,8 +183,8 @@ class SdfElements:
             return self._pose_of_link(frame, seen)
         if frame in self.joints:
             return self._pose_of_joint(frame, seen)
-        place = Place(self._source, "<pose>", MjcfError)
-        raise place.fault(f'relative_to "{shown(frame)}" names no link or joint')
+        sentence = f'relative_to "{shown(frame)}" names no link or joint'
+        raise self._file.at("<pose>").fault(sentence)
 
     # -- links ----------------------------------------------------------------------
 
@@ -224,9 +223,7 @@ class SdfElements:
         kind = None if geometry is None else next(iter(geometry), None)
         tag = "" if kind is None else kind.tag
         if kind is None or tag not in ("box", "sphere", "cylinder", "mesh"):
-            if tag == "capsule":
-                self.assumed.append(f"{place.element}: a capsule in <{item.tag}> is left out")
-            elif tag != "empty":
+            if tag != "empty":
                 what = f"<{shown(tag)}>" if tag else "nothing"
                 self.assumed.append(f"{place.element}: a <{item.tag}> of {what} is left out")
             return None
@@ -268,12 +265,8 @@ class SdfElements:
         if kind == "fixed":
             yield name, "fixed", []
         elif kind == "ball":
-            hinges = f"{name}_x", f"{name}_y", name
-            self.assumed.append(
-                f'ball joint "{name}" is three hinges, "{name}_x", "{name}_y" and "{name}"'
-            )
-            for own, axis in zip(hinges, np.eye(3), strict=True):
-                yield own, "continuous", [element("axis", xyz=axis)]
+            # A repair makes three hinges of it.
+            yield name, "spherical", []
         elif kind in TWO_HINGES:
             self.assumed.append(f'{kind} joint "{name}" is two hinges, {name}_1 and {name}')
             for tag, own in (("axis", f"{name}_1"), ("axis2", name)):

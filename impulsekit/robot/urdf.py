@@ -84,7 +84,7 @@ def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> Ur
     lists the repairs, and ``text`` is then the repaired URDF. xacro files are expanded if
     the package xacro is installed.
 
-    ``mimic`` tells whether mimic joints will follow their leaders, which must then exist.
+    ``mimic`` says whether mimic joints will follow their leaders, which must then exist.
 
     Raises:
         UrdfError: no such file, broken XML, or an element that is wrong; it is named.

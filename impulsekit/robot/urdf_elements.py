@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from ..errors import UnknownNameError, UrdfError, shown
-from .robot_xml import LARGEST, Place, element, xml_of
+from .arrays import LARGEST
+from .robot_xml import Place, element, xml_of
 from .source import Triple
 
 # [kg m²] A moment of inertia below this is negative, and not a rounded 0.

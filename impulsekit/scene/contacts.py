@@ -61,10 +61,10 @@ class Contact(Entry):
         stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, which
             uses ratios only; ``math.inf`` for one that supports and does not give way beside
             the others.
-        adhesion: the largest pull that it bears [N s], as of a suction cup, magnet or gecko pad
+        adhesion: the largest pull that it carries [N s], as of a suction cup, magnet or gecko pad
             that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
             than A and lets go of the rest. Needs restitution 0 and ``Law()``.
-        holding_force: the largest pull that it bears while it rests in ``simulate`` [N], as A for
+        holding_force: the largest pull that it carries while it rests in ``simulate`` [N], as A for
             impulses: 0 ≤ F_n + F ⊥ a_n ≥ 0, |F_t| ≤ µ (F_n + F). Once it lets go it pulls no more
             until it rests again. Needs what ``adhesion`` needs.
         rolling: rolling friction [m]: |M_t| ≤ rolling·P_n across the normal opposes the relative
@@ -98,7 +98,7 @@ class Contact(Entry):
     rolling: NotNegative = 0.0
     torsion: NotNegative = 0.0
     holding_force: NotNegative = 0.0
-    # Coefficients that a table of materials gave; ``dataclasses.replace`` hands them on.
+    # Coefficients that a table of materials gave; ``dataclasses.replace`` passes them on.
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
     def __post_init__(self, _by_table: ByTable) -> None:
@@ -200,8 +200,8 @@ class Collision(Entry):
         restitution, friction, tangential_restitution: as for ``Contact``, for every point.
         margin: every corner of a flat pair whose gap is no more than this touches [m], whatever the
             depth of others; None for 5e-4 of the diameter of a ball around the smaller body, to
-            which meshes of flat faces are flat. More of them close by are told in
-            ``Impact.doubts``.
+            which meshes of flat faces are flat. ``Impact.doubts`` reports more of them
+            close by.
         name: its name in results; by default its index in the scene.
         stiffness: as for ``Contact``, of each point.
         rolling, torsion: as for ``Contact`` [m], at every point.

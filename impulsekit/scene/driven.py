@@ -17,11 +17,11 @@ from .numbers import Name
 # A size to measure differences by where all values are 0.
 LEAST_SIZE = 1e-6
 
-# Times at which rates are held against differences [s], and the steps that are tried for these.
+# Times at which rates are compared with differences [s], and the steps tried for these.
 LOOKS = (0.0, 0.0137, 0.131, 0.71)
 STEPS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
-# A longer step is right where it differs by no more than this many times the doubt of a shorter.
-BEARS_OUT = 10.0
+# A longer step is right where it differs by no more than this many times the error of a shorter.
+AGREES = 10.0
 # Central differences of order 8: of the first derivative, by how many steps away, and the next
 # order below.
 _EIGHTH = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -104,14 +104,14 @@ class Rates:
     def __init__(self, function: Callable[[float], Any], what: str, size: int) -> None:
         self._function, self._what, self._size = function, what, size
         self._step = STEPS[0]
-        best, doubt = self._differences(STEPS[0])
+        best, error = self._differences(STEPS[0])
         for h in STEPS[1:]:
             found, own = self._differences(h)
-            # A step as long as a period would see nothing of it: it has to bear out shorter ones.
-            if not np.abs(found - best).max() <= BEARS_OUT * doubt:
+            # A step as long as a period would see nothing of it: it has to agree with shorter ones.
+            if not np.abs(found - best).max() <= AGREES * error:
                 break
-            if own < doubt:
-                self._step, best, doubt = h, found, own
+            if own < error:
+                self._step, best, error = h, found, own
 
     def __call__(self, t: float, order: int = 1) -> np.ndarray:
         """(size,) the derivative of this order, 1 or 2."""
@@ -142,10 +142,10 @@ class Rates:
 
 
 def _check_rate(given: Callable[[float], Any], rates: Rates, order: int, what: str) -> None:
-    said = [float(numbers_from(given, f"{what} at t = {t:g}", 1, t)[0]) for t in LOOKS]
+    given_rates = [float(numbers_from(given, f"{what} at t = {t:g}", 1, t)[0]) for t in LOOKS]
     found = [float(rates(t, order)[0]) for t in LOOKS]
     largest = max(map(abs, (*found, LEAST_SIZE)))
-    for t, one, other in zip(LOOKS, said, found, strict=True):
+    for t, one, other in zip(LOOKS, given_rates, found, strict=True):
         if abs(one - other) > RATE_MISTAKEN * largest * (1.0 if order == 1 else AGAIN_DERIVED):
             raise RangeError.of(
                 f"{what} at t = {t:g} s", one, f"{other:.9g}, the derivative of position"

@@ -1,4 +1,4 @@
-"""The base of the entries of a scene: fields checked when made, and held against a robot."""
+"""The base of the entries of a scene: fields checked when made, names checked against a robot."""
 
 from __future__ import annotations
 

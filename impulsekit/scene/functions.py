@@ -1,4 +1,4 @@
-"""Functions that users give: called with copies; what they give is held to what is wanted."""
+"""Functions that users give: called with copies, and their results checked."""
 
 from __future__ import annotations
 

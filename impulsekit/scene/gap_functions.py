@@ -28,7 +28,7 @@ class _OfFunctions(Entry):
     of_whole_robot: ClassVar[bool] = True
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Hold the gradient against differences, where its function is defined."""
+        """Compare the gradient with differences, where its function is defined."""
         check_gradient(robot, self, where)
 
 
@@ -43,7 +43,7 @@ class GapConstraint(_OfFunctions):
         g: function of q (nq,), read-only, that gives ``rows`` numbers. In ``simulate`` it keeps
             the value of the start; within 1e-6 of zero there it is zero.
         gradient: function of q that gives (rows, nv): ġ = gradient(q) · v, with the speeds of
-            Pinocchio (of a joint with one degree of freedom dq/dt). It is held against differences
+            Pinocchio (of a joint with one degree of freedom dq/dt). It is compared with differences
             of g. None for these differences themselves, right to some 1e-10.
         bias: function of (q, v) that gives d/dt(gradient) · v (rows,); None for differences.
         rows: how many numbers g gives.
@@ -92,7 +92,7 @@ class GapContact(_OfFunctions):
     Attributes:
         gap: function of q (nq,), read-only: 0 where it touches, positive apart [m or rad].
         normal: function of q that gives (nv,): the rate of the gap is normal(q) · v, with the
-            speeds of Pinocchio. It is held against differences of the gap. None for these.
+            speeds of Pinocchio. It is compared with differences of the gap. None for these.
         tangents: function of q that gives (2, nv) or (1, nv): how fast it slips; needed for
             friction. Their scale must be that of a velocity where the normal's is.
         restitution, friction, tangential_restitution, stiffness: as for ``Contact``.
@@ -206,17 +206,17 @@ class FunctionRows:
         Raises:
             RangeError: it is not.
         """
-        doubt = self._choose_move(q)
+        error = self._choose_move(q)
         if self._gradient is None:
             return
-        said, found = self._own_rows(q), self._by_differences(q)
+        given, found = self._own_rows(q), self._by_differences(q)
         size = max(1.0, float(np.abs(found).max(initial=0.0)))
-        off = np.abs(said - found)
-        if off.max(initial=0.0) > MISTAKEN * size + doubt:
+        off = np.abs(given - found)
+        if off.max(initial=0.0) > MISTAKEN * size + error:
             row, column = np.unravel_index(int(off.argmax()), off.shape)
             raise RangeError.of(
                 f"{self._what}: {self._names[1]}[{row}, {column}]",
-                float(said[row, column]),
+                float(given[row, column]),
                 f"{found[row, column]:.9g}, the derivative of {self._names[0]}",
             )
 
@@ -282,7 +282,7 @@ class FunctionRows:
 
 
 def check_gradient(robot: Robot, entry: Any, where: str) -> None:
-    """Hold the gradient of an entry against differences, where its function is defined.
+    """Compare the gradient of an entry with differences, where its function is defined.
 
     Raises:
         RangeError, ShapeError: it is not the gradient.

@@ -1,4 +1,4 @@
-"""Known impulses: a blow on a link, a kick in a joint."""
+"""Known impulses: applied to a link, or inside a joint."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AppliedImpulse(Entry):
     In Chang & Huston 1995, eq. (18), these are the integrals of F_k and M_k.
 
     Attributes:
-        frame: the struck frame.
+        frame: the frame that it acts on.
         linear: force impulse ∫F dt [N s].
         angular: couple impulse ∫M dt about the point [N m s].
         at: the point, in the frame's coordinates [m].
@@ -149,11 +149,11 @@ def impulse_numbers(
             raise UnknownNameError.among("impulse", str(name), names)
         index = list(names).index(name)
         what, first = f'impulses["{name}"]', stops[index]
-        width, is_blow = stops[index + 1] - first, isinstance(entries[index], AppliedImpulse)
+        width, is_applied = stops[index + 1] - first, isinstance(entries[index], AppliedImpulse)
         array = floats(values, what, copied=False)
         array = array.reshape(1) if array.ndim == 0 else array
-        if array.ndim > 2 or array.shape[-1] not in ((3, 6) if is_blow else (width,)):
-            hint = "(3,) or (B, 3) for the force impulse alone" if is_blow else ""
+        if array.ndim > 2 or array.shape[-1] not in ((3, 6) if is_applied else (width,)):
+            hint = "(3,) or (B, 3) for the force impulse alone" if is_applied else ""
             raise ShapeError.of(what, ("B", width), array.shape, hint)
         array = array.reshape(-1, array.shape[-1])
         if not len(array):

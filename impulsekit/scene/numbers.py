@@ -9,48 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
+from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
+from ..robot.arrays import not_negative, number, text
 
 # Of a value and what it is called: the value as it is kept.
 Check = Callable[[Any, str], Any]
-# Beyond this the products of a solve would overflow.
-LARGEST = 1e100
-
-
-_NO_NUMBERS = (
-    str, bytes, bool, np.bool_, np.complexfloating, np.datetime64, np.timedelta64,
-)  # fmt: skip
-
-
-def number(value: Any, what: str) -> float:
-    """Return a finite float.
-
-    Raises:
-        NotFiniteError: not a number (text and truth values are none), NaN or infinite.
-        RangeError: beyond ±1e100.
-    """
-    try:
-        # Python would take "2" and True for numbers, and numpy's complex numbers and times.
-        if isinstance(value, _NO_NUMBERS):
-            raise TypeError
-        result = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(
-            f"{what} must be a number, got {quoted(value)}", what=what, where=what
-        ) from None
-    if not math.isfinite(result):
-        raise NotFiniteError(f"{what} must be a finite number, got {result}", what=what, where=what)
-    if abs(result) > LARGEST:
-        raise RangeError.of(what, result, f"-{LARGEST:g} to {LARGEST:g}")
-    return result
-
-
-def not_negative(value: Any, what: str) -> float:
-    """Return a finite float, 0 or more."""
-    result = number(value, what)
-    if result < 0.0:
-        raise RangeError.of(what, result, "0 or more")
-    return result
 
 
 def positive(value: Any, what: str) -> float:
@@ -67,7 +30,7 @@ def between(low: float, high: float, allowed: str = "") -> Check:
     def checked(value: Any, what: str) -> float:
         result = number(value, what)
         if not low <= result <= high:
-            raise RangeError.of(what, result, allowed or f"{low:g} to {high:g}")
+            raise RangeError.of(what, value, allowed or f"{low:g} to {high:g}")
         return result
 
     return checked
@@ -185,15 +148,6 @@ def choice(*allowed: str, separator: str = ", ") -> Check:
         return value
 
     return checked
-
-
-def text(value: Any, what: str) -> str:
-    """Return a name: text that is not empty, without what a terminal would obey."""
-    if not isinstance(value, str) or not value:
-        raise InputError(f"{what} must be a non-empty name, got {quoted(value)}", what=what)
-    if not value.isprintable():
-        raise InputError(f"{what} must be printable text, got {quoted(value)}", what=what)
-    return value
 
 
 Name: TypeAlias = Annotated[str, text]

@@ -79,9 +79,9 @@ class DesignPoint(_Labelled):
     Attributes:
         frame: the frame that carries the point.
         at: the point, in the frame's coordinates [m].
-        direction: of a blow, in world axes; its effective mass is told beside those along
+        direction: of a blow, in world axes; its effective mass is reported beside those along
             the point's own axes.
-        joint: a joint whose share of a blow there is told.
+        joint: a joint whose share of a blow there is reported.
         until: with ``joint``, the other end of a line from ``at`` on which the joint is to
             be spared [m].
         label: how it is called; by default the frame and the point.

@@ -25,7 +25,7 @@ A file names a robot, the state it is in, and what happens to it::
     joint = "joint_3"
     impulse = 0.4
 
-    [[constraints]]                  # PointAnchor and others, told apart by their kind
+    [[constraints]]                  # PointAnchor and others, by their kind
     kind = "point_anchor"            # point_anchor | frame_anchor | joint_lock | joint_coupling
     frame = "link_1"
 
@@ -40,7 +40,7 @@ A file names a robot, the state it is in, and what happens to it::
     samples = 201
     accuracy = "high"
 
-    [[design.points]]                # DesignPoint: what ``impulsekit design`` tells
+    [[design.points]]                # DesignPoint: what ``impulsekit design`` reports
     frame = "link_10"
     direction = [0, 1, 0]
     joint = "joint_9"

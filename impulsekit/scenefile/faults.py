@@ -59,7 +59,7 @@ class Faults(list[str]):
         """Note an error of the library at a place of the file; gives the field at fault.
 
         Errors of the vocabulary say ``what`` is wrong as 'Class on "name": field'; of
-        this only the field matters, for the place tells the rest.
+        this only the field matters, for the place says the rest.
         """
         message, what = str(error).removeprefix(f"{place}: "), error.__dict__.get("what", "")
         if isinstance(what, str) and ": " in what and str(error).startswith(what):

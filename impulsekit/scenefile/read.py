@@ -229,7 +229,7 @@ def _tried(make: Callable, value: Any, place: str, faults: Faults, otherwise: An
 
 
 def _read_points(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> tuple:
-    """The points of a table such as [report], whose names are held against the robot."""
+    """The points of a table such as [report], whose names are checked against the robot."""
     table, _, key_of_points = section.name.partition(".")
     if not isinstance(raw, dict):
         faults.add(f"{table} must be a table with {key_of_points}")

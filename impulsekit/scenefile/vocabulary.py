@@ -281,7 +281,7 @@ def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -
             return None
         return kind
     if not section.needs_kind:
-        # The kind with most keys of the entry, so that a misspelt key is told as such.
+        # The kind with most keys of the entry, so that a misspelt key is reported as such.
         shared = {
             kind: len(table.keys() & set(model_of(cls).model_fields)) for kind, cls in kinds.items()
         }

@@ -31,7 +31,7 @@ from typing import Any
 import pydantic
 
 from ...errors import ImpulsekitError
-from ...files import file_told, open_plain_file
+from ...files import as_file_error, open_plain_file
 from ...scene.motion import MotionSettings
 from ...scenefile import load_scene
 from ...scenefile.faults import Faults, tuples_of
@@ -61,7 +61,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         20000
     """
     file, faults = load_scene(path), Faults()
-    with file_told(path), open_plain_file(path) as stream:
+    with as_file_error(path), open_plain_file(path) as stream:
         raw = tomllib.loads(stream.read().decode("utf-8-sig").replace("\r\n", "\n")).get("batch")
     if raw is None:
         faults.add("the table [batch] is missing: how many samples, and what varies?")

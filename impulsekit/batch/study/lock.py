@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...errors import ImpulsekitError, MissingExtraError
-from ...files import file_told, write_file
+from ...files import as_file_error, write_file
 
 LOCK, OWNER = "writer.lock", "writer.json"
 
@@ -65,7 +65,7 @@ def lock_store(folder: pathlib.Path) -> Iterator[Callable[[], None]]:
     with MissingExtraError.unless("filelock", "study", "the store of a study"):
         import filelock
     lock = filelock.FileLock(folder / LOCK, blocking=False, thread_local=False)
-    with file_told(folder / LOCK, writing=True):
+    with as_file_error(folder / LOCK, writing=True):
         try:
             lock.acquire()
         except filelock.Timeout:

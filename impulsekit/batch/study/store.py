@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, MissingExtraError, shown
-from ...files import file_told, path_of, reason_of, replaced_file, write_file
+from ...files import as_file_error, path_of, reason_of, replaced_file, write_file
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
@@ -96,7 +96,7 @@ class StudyStore:
         _libraries()
         check_store(self.path)
         rows = self.path / ROWS
-        with with_full_disk_error(self.path), file_told(self.path, writing=True):
+        with with_full_disk_error(self.path), as_file_error(self.path, writing=True):
             self.path.mkdir(parents=True, exist_ok=True)
         with lock_store(self.path) as self._check:
             try:
@@ -105,7 +105,7 @@ class StudyStore:
                 else:
                     with with_full_disk_error(self.path):
                         write_file(self.path / RECORD, _record_of(self.study))
-                with with_full_disk_error(self.path), file_told(rows, writing=True):
+                with with_full_disk_error(self.path), as_file_error(rows, writing=True):
                     rows.mkdir(exist_ok=True)
                     for left in self.path.rglob(".*.partial"):
                         left.unlink(missing_ok=True)
@@ -153,7 +153,7 @@ def check_store(path: str | os.PathLike[str]) -> None:
             "which does not exist"
         )
     _check_folder(folder)
-    with file_told(folder, writing=True):
+    with as_file_error(folder, writing=True):
         there = folder.absolute()
         while not there.exists() and there != there.parent:
             there = there.parent
@@ -337,7 +337,7 @@ def _record(folder: pathlib.Path) -> dict[str, Any]:
     if not mark.is_file():
         raise InputError(f'"{folder}" is no store of a study')
     there: Any = None
-    with file_told(mark), contextlib.suppress(ValueError):
+    with as_file_error(mark), contextlib.suppress(ValueError):
         there = json.loads(mark.read_bytes())
     if not isinstance(there, dict) or "fingerprint" not in there:
         raise InputError(f'"{mark}" is damaged; it is no store of a study')

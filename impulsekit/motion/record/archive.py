@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import ImpulsekitError, InputError
-from ...files import file_told, open_plain_file
+from ...files import as_file_error, open_plain_file
 from ...robot import Robot
 from ...robot.model_checks import free_memory
 
@@ -84,7 +84,7 @@ def read_arrays(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
         OSError: it cannot be read.
     """
     name = os.fspath(path)
-    with file_told(name), open_plain_file(name) as stream:
+    with as_file_error(name), open_plain_file(name) as stream:
         if not zipfile.is_zipfile(stream):
             raise InputError(f"{name} holds no trajectory: it is no npz file")
         stream.seek(0)
