@@ -12,8 +12,7 @@ from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
 from ..design.parameters import Measurement, scene_of
 from ..design.solved import SolvedImpacts
-from ..display import Displayed, one_line
-from ..display.table import table
+from ..display import Displayed, one_line, table
 from ..errors import ImpulsekitError, InputError
 from ..impact.flat.model import flat_model_of
 from ..robot.arrays import lock
