@@ -64,7 +64,7 @@ class RobotStates(RobotBase):
                     for joint, value in values.items()
                     if self._takes(prefix + joint, len(value))
                 }
-                found[prefix + name] = read_only(state.configuration(self.model, joints))
+                found[prefix + name] = read_only(state.configuration(self, joints))
         return found
 
     def _takes(self, joint: str, count: int) -> bool:
@@ -91,7 +91,7 @@ class RobotStates(RobotBase):
                 quaternion w, x, y, z.
         """
         values = {**(by_name or {}), **joints}
-        q = state.configuration(self.model, values)
+        q = state.configuration(self, values)
         sentences = [*outside_limits(self, q, values), *likely_degrees(self, values)]
         warn_of_setup([*sentences, *likely_wxyz(self, q)])
         return q
@@ -125,7 +125,7 @@ class RobotStates(RobotBase):
             if name not in self._joint_ids:
                 root = name.removesuffix(ROOT_WORLD) + "root_joint"
                 values[root] = self._in_root(root, values.pop(name), q)
-        return state.velocity(self.model, values)
+        return state.velocity(self, values)
 
     def _in_root(self, root: str, velocity: ArrayLike, q: ArrayLike | None) -> np.ndarray:
         """(6,) of a velocity in world axes what a free-flyer takes."""

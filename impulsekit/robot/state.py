@@ -15,7 +15,6 @@ from ..errors import (
     RangeError,
     ShapeError,
     StateError,
-    UnknownNameError,
 )
 from .arrays import floats, no_numbers, real_numbers
 
@@ -138,24 +137,26 @@ FASTEST = 1e153
 OF_LENGTH = 0.4
 
 
-def configuration(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
+def configuration(robot: RobotBase, values: Mapping[str, Any]) -> np.ndarray:
     """Return (nq,) the neutral configuration with the named joints set.
 
     A joint takes as many numbers as it has entries in q. A continuous joint also
     takes its angle [rad], a planar one (x, y, angle); a free-flyer and a planar one a ``pin.SE3``.
     """
+    model = robot.model
     q = pin.neutral(model)
     for name, value in values.items():
-        joint = _joint(model, name)
+        joint = model.joints[robot.joint_id(name)]
         q[joint.idx_q : joint.idx_q + joint.nq] = _joint_configuration(joint, name, value)
     return checked_configuration(model, q)
 
 
-def velocity(model: pin.Model, values: Mapping[str, Any]) -> np.ndarray:
+def velocity(robot: RobotBase, values: Mapping[str, Any]) -> np.ndarray:
     """Return (nv,) zero but for the named joints."""
+    model = robot.model
     v = np.zeros(model.nv)
     for name, value in values.items():
-        joint = _joint(model, name)
+        joint = model.joints[robot.joint_id(name)]
         entries = _numbers(value, f'velocity of joint "{name}"')
         if entries.size != joint.nv:
             raise ShapeError.of(f'velocity of joint "{name}"', (joint.nv,), entries.shape)
@@ -193,15 +194,6 @@ def refuse_overflow(v: np.ndarray) -> None:
     if largest > FASTEST:
         allowed = f"{FASTEST:g} at most where contacts or constraints act"
         raise RangeError.of("velocity v: its largest entry", largest, allowed)
-
-
-def _joint(model: pin.Model, name: str) -> pin.JointModel:
-    names = list(model.names)
-    if name not in names[1:]:
-        if any(f.name == name and f.type == pin.FrameType.FIXED_JOINT for f in model.frames):
-            raise InputError(f'joint "{name}" is fixed, it has no coordinate')
-        raise UnknownNameError.among("joint", str(name), names[1:])
-    return model.joints[names.index(name)]
 
 
 def _joint_configuration(joint: pin.JointModel, name: str, value: Any) -> np.ndarray:

@@ -24,8 +24,6 @@ from .impulses import AppliedImpulse, JointImpulse
 from .law import Law
 
 if TYPE_CHECKING:
-    from typing import Unpack
-
     import numpy as np
 
     from ..robot.mjcf_shapes import TouchingPair
@@ -58,74 +56,23 @@ class SceneEntries(TypedDict, total=False):
     collisions: Literal["all"] | None
 
 
-class FromFile(SceneEntries, total=False):
-    """Arguments of ``Scene.of_robot``: the entries of a scene, and which come from the file."""
-
-    file_loops: bool
-    file_contacts: bool | str
-    joint_damping: bool
-    joint_friction: bool
-    file_turning: bool
-    restitution: float
+def constraints_of_file(robot: Robot) -> list[Constraint]:
+    """Return the equality constraints of a robot's file."""
+    return [_constraint(loop) for loop in robot.loops]
 
 
-def entries_of(
-    robot: Robot,
-    *,
-    file_loops: bool = True,
-    file_contacts: bool | str = False,
-    file_turning: bool = True,
-    joint_damping: bool = False,
-    joint_friction: bool = False,
-    restitution: float = 0.0,
-    **entries: Unpack[SceneEntries],
-) -> SceneEntries:
-    """Return the entries of a scene with the loops, and on request the contacts, of a robot's file.
-
-    Args:
-        robot: the robot, such as one of ``Robot.from_mjcf``.
-        file_loops: whether the equality constraints of the file become constraints.
-        file_contacts: False for none; "world" (or True) for collisions of the moving geoms with
-            those that are fixed; "all" for collisions among moving geoms too.
-        file_turning: whether those contacts get the file's torsional and rolling friction too
-            (condim 4 and 6 of MJCF); False takes sliding friction alone, for laws that do not
-            support the others.
-        joint_damping: whether the damping of the file's joints (of a URDF, <dynamics damping>)
-            becomes forces, of joints with one degree of freedom.
-        joint_friction: whether their dry friction does (of a URDF, <dynamics friction>; of MJCF,
-            frictionloss).
-        restitution: of those collisions. MJCF knows none; friction is the file's.
-        **entries: what ``Scene`` takes; ``constraints``, ``contacts`` and ``forces`` come
-            after the file's. Gravity is the file's unless it is given.
-
-    Raises:
-        RangeError: ``file_contacts`` is something else.
-        InputError: friction that differs between the two tangents of MuJoCo's contact frame.
-
-    Example:
-        >>> text = '''<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
-        ...   <body name="ball"><freejoint/><geom name="skin" size="0.1"/></body>
-        ... </worldbody></mujoco>'''
-        >>> entries_of(Robot.from_mjcf(text), file_contacts="world")["contacts"][0].other
-        'floor'
-    """
+def contacts_of_file(
+    robot: Robot, file_contacts: bool | str, restitution: float, *, turning: bool
+) -> list[Collision]:
+    """Return the collisions of a robot's file; the arguments are those of ``Scene.of_robot``."""
     which = "world" if file_contacts is True else file_contacts
     if which not in _CONTACTS:
         raise RangeError.of("file_contacts", quoted(which), 'False, "world" or "all"')
-    constraints = [_constraint(loop) for loop in robot.loops] if file_loops else []
-    contacts = [
-        _collision(pair, restitution, turning=file_turning)
+    return [
+        _collision(pair, restitution, turning=turning)
         for pair in (robot.touching_pairs if which else ())
         if pair.fixed or which == "all"
     ]
-    dampers = _dampers(robot) if joint_damping else ()
-    rubbing = _dry_friction(robot) if joint_friction else ()
-    own: SceneEntries = {"gravity": tuple(robot.model.gravity.linear)}
-    own.update(entries)
-    own["forces"] = (*dampers, *rubbing, *entries.get("forces", ()))
-    own["constraints"] = (*constraints, *entries.get("constraints", ()))
-    own["contacts"] = (*contacts, *entries.get("contacts", ()))
-    return own
 
 
 def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Collision:
@@ -146,16 +93,16 @@ def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Coll
     )
 
 
-def _dampers(robot: Robot) -> list[JointSpring]:
-    """The damping of the robot's joints."""
-    found = _by_joint(robot, robot.model.damping)
-    return [JointSpring(name, damping=damping) for name, damping in found]
-
-
-def _dry_friction(robot: Robot) -> list[JointFriction]:
-    """The dry friction of the robot's joints."""
-    found = _by_joint(robot, robot.model.upperDryFrictionLimit)
-    return [JointFriction(name, torque) for name, torque in found]
+def forces_of_file(robot: Robot, *, damping: bool, friction: bool) -> list[Force]:
+    """Return the damping and the dry friction of a robot's joints, as far as they are wanted."""
+    found: list[Force] = []
+    if damping:
+        damped = _by_joint(robot, robot.model.damping)
+        found += [JointSpring(name, damping=value) for name, value in damped]
+    if friction:
+        rubbing = _by_joint(robot, robot.model.upperDryFrictionLimit)
+        found += [JointFriction(name, value) for name, value in rubbing]
+    return found
 
 
 def _by_joint(robot: Robot, values: np.ndarray) -> list[tuple[str, float]]:

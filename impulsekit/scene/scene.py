@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from typing import Unpack
 
     from .contacts import Collision
-    from .entries import Constraint, ContactEntry, FromFile, SceneEntries
+    from .entries import Constraint, ContactEntry, SceneEntries
     from .forces import Force
     from .impulses import AppliedImpulse, JointImpulse
     from .materials import Material, MaterialPair
@@ -129,19 +129,40 @@ class Scene(Displayed):
         self._check_names()
 
     @classmethod
-    def of_robot(cls, robot: Robot, **entries: Unpack[FromFile]) -> Scene:
+    def of_robot(
+        cls,
+        robot: Robot,
+        *,
+        file_loops: bool = True,
+        file_contacts: bool | str = False,
+        file_turning: bool = True,
+        joint_damping: bool = False,
+        joint_friction: bool = False,
+        restitution: float = 0.0,
+        **entries: Unpack[SceneEntries],
+    ) -> Scene:
         """Return a scene with the loops, and on request the contacts, of the robot's file.
 
         Args:
-            robot: the robot.
-            **entries: what ``Scene`` takes (``contacts``, ``law``, ``materials``, ...), and what
-                to take from the file: ``file_loops`` (True), ``file_contacts`` (False; "world"
-                or "all"), ``file_turning`` (True: rolling and torsional friction too),
-                ``restitution`` (0) of those contacts, ``joint_damping`` and ``joint_friction``
-                (False). See ``impulsekit.scene.entries.entries_of``.
+            robot: the robot, such as one of ``Robot.from_mjcf``.
+            file_loops: whether the equality constraints of the file become constraints.
+            file_contacts: False for none; "world" (or True) for collisions of the moving geoms
+                with those that are fixed; "all" for collisions among moving geoms too.
+            file_turning: whether those contacts get the file's torsional and rolling friction too
+                (condim 4 and 6 of MJCF); False takes sliding friction alone, for laws that do not
+                support the others.
+            joint_damping: whether the damping of the file's joints (of a URDF, <dynamics damping>)
+                becomes forces, of joints with one degree of freedom.
+            joint_friction: whether their dry friction does (of a URDF, <dynamics friction>; of
+                MJCF, frictionloss).
+            restitution: of those collisions. MJCF knows none; friction is the file's.
+            **entries: what ``Scene`` takes; ``constraints``, ``contacts`` and ``forces`` come
+                after the file's. Gravity is the file's unless it is given.
 
         Raises:
-            RangeError, InputError: as ``entries_of``, and what ``Scene`` raises.
+            RangeError: ``file_contacts`` is something else.
+            InputError: friction that differs between the two tangents of MuJoCo's contact frame,
+                and what ``Scene`` raises.
 
         Example:
             >>> from impulsekit import Contact, Robot, Scene
@@ -150,9 +171,16 @@ class Scene(Displayed):
             >>> scene.contacts[0].restitution
             0.5
         """
-        from .entries import entries_of
+        from .entries import constraints_of_file, contacts_of_file, forces_of_file
 
-        return cls(robot, **entries_of(robot, **entries))
+        own: dict[str, Any] = {"gravity": tuple(robot.model.gravity.linear), **entries}
+        for kind, found in (
+            ("constraints", constraints_of_file(robot) if file_loops else []),
+            ("contacts", contacts_of_file(robot, file_contacts, restitution, turning=file_turning)),
+            ("forces", forces_of_file(robot, damping=joint_damping, friction=joint_friction)),
+        ):
+            own[kind] = (*found, *own.get(kind, ()))
+        return cls(robot, **own)
 
     def replace(self, **entries: Unpack[SceneEntries]) -> Scene:
         """Return the scene with some of its entries, its law or its gravity replaced, and checked.

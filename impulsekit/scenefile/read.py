@@ -177,7 +177,7 @@ def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarr
         model = robot.model
         whole_q: Callable = lambda x: states.checked_configuration(model, x)  # noqa: E731
         whole_v: Callable = lambda x: states.checked_velocity(model, x)  # noqa: E731
-        named_q: Callable = lambda x: states.configuration(model, x)  # noqa: E731
+        named_q: Callable = lambda x: states.configuration(robot, x)  # noqa: E731
         q = _read_vector(raw.get("q", {}), "state.q", whole_q, named_q, faults, q)
         v = _read_vector(raw.get("v", {}), "state.v", whole_v, robot.velocity, faults, v)
     lock(q, v)

@@ -14,10 +14,10 @@ from ..errors import ImpulsekitError, InputError, UrdfError
 from ..robot import Robot, RobotPart
 from ..robot.combine import combine
 from ..robot.examples import example_names, example_path, example_urdf
-from ..robot.source import Changes
+from ..robot.source import Changes, Ground
 from ..scene.numbers import Vector
 from .faults import Faults
-from .vocabulary import STRICT
+from .vocabulary import STRICT, model_of
 
 Row = tuple[float, float, float, float]
 ROOTS = ("fixed", "planar", "sagittal", "freeflyer")
@@ -34,15 +34,6 @@ class BodyTable(pydantic.BaseModel):
     inertia: tuple[float, ...] | None = None
 
 
-class GroundTable(pydantic.BaseModel):
-    """[[robot.grounds]]: a plane of the world."""
-
-    model_config = STRICT
-    name: str = "ground"
-    height: float = 0.0
-    normal: Vector = (0.0, 0.0, 1.0)
-
-
 class RobotTable(pydantic.BaseModel):
     """[robot]"""
 
@@ -56,7 +47,8 @@ class RobotTable(pydantic.BaseModel):
     gear: dict[str, float] = {}
     bodies: tuple[BodyTable, ...] = ()
     lock: dict[str, float] = {}
-    grounds: tuple[GroundTable, ...] = ()
+    # Keys of [[robot.grounds]] are the fields of ``Ground``.
+    grounds: tuple[model_of(Ground), ...] = ()  # type: ignore[valid-type]
 
 
 class PlacementTable(pydantic.BaseModel):
@@ -133,7 +125,7 @@ def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot 
             robot = robot.with_lock(table.lock)
         step = "grounds"
         for ground in table.grounds:
-            robot = robot.with_ground(**ground.model_dump())
+            robot = robot.with_ground(**ground.model_dump(exclude_unset=True))
     except ImpulsekitError as error:
         faults.add(f"{place}.{step}: {error}")
         return None
