@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, MissingExtraError, shown
+from ...errors import InputError, MissingExtraError
 from ...files import as_file_error, path_of, reason_of, replaced_file, write_file
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
@@ -140,31 +140,12 @@ class StudyStore:
 
 
 def check_store(path: str | os.PathLike[str]) -> None:
-    """Prove that a folder can be the store of a study, as far as that is known at once.
+    """Prove that a folder holds a study, or nothing of anybody else's.
 
     Raises:
         InputError: it is no folder, or holds something else.
-        FileError: it cannot be made or written to.
     """
     folder = pathlib.Path(path)
-    if folder.is_symlink() and not folder.exists():
-        raise InputError(
-            f'"{folder}" cannot hold a study: it is a link to "{shown(os.readlink(folder), 200)}", '
-            "which does not exist"
-        )
-    _check_folder(folder)
-    with as_file_error(folder, writing=True):
-        there = folder.absolute()
-        while not there.exists() and there != there.parent:
-            there = there.parent
-        if not there.is_dir():
-            raise NotADirectoryError
-        if not os.access(there, os.W_OK | os.X_OK):
-            raise PermissionError
-
-
-def _check_folder(folder: pathlib.Path) -> None:
-    """Prove that a folder without a study in it holds nothing of anybody else's."""
     if (folder / RECORD).exists():
         return
     try:
