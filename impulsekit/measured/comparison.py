@@ -125,9 +125,11 @@ def _speeds(measurements: Sequence[Measurement]) -> tuple[float, ...]:
     found = []
     for m in measurements[:: max(1, len(measurements) // MOST_LOOKED_AT)]:
         impact = solve_without_warnings(scene_of(m, [], np.zeros(0), {}), m.q, m.v_before)
-        for contact in impact.contacts:
-            if contact.points and contact.points[0].normal is not None:
-                found.append(-float(contact.points[0].normal @ contact.velocity_before))
+        found += [
+            -float(contact.points[0].normal @ contact.velocity_before)
+            for contact in impact.contacts
+            if contact.points and contact.points[0].normal is not None
+        ]
     approaching = [speed for speed in found if speed > 0.0]
     if not approaching:
         return ()
@@ -189,9 +191,9 @@ class LawComparison(Displayed):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        medians = np.median(self.errors, axis=1)
-        medians_text = [f"{n}: {100 * e:.3g} %" for n, e in zip(self.names, medians, strict=True)]
-        return one_line("LawComparison", f"{self.errors.shape[1]} impacts", *medians_text)
+        pairs = zip(self.names, np.median(self.errors, axis=1), strict=True)
+        medians = [f"{name}: {100 * error:.3g} %" for name, error in pairs]
+        return one_line("LawComparison", f"{self.errors.shape[1]} impacts", *medians)
 
     def table(self) -> tuple[tuple[str, ...], list[list[str]]]:
         """Return titles and rows: errors in per cent, probabilities, coefficients."""
@@ -273,9 +275,7 @@ def compare_laws(
         >>> file = ik.load_scene("examples/cube_tosses.toml")
         >>> tosses = ik.measured.load_recordings("examples/cube_tosses.npz", file.scene.robot)
         >>> seen = ik.measured.find_impacts(tosses, file.scene).measurements(file.scene)
-        >>> found = compare_laws(seen, restitution=["corner_*"],
-        ...                      friction=["corner_*"])  # doctest: +SKIP
-        >>> print(found.report())  # doctest: +SKIP
+        >>> print(compare_laws(seen, restitution=["corner_*"]).report())  # doctest: +SKIP
     """
     seen = list(measurements)
     folds = whole(folds, "compare_laws: folds", 2)
@@ -288,15 +288,13 @@ def compare_laws(
     if len({each.name for each in chosen}) < len(chosen):
         raise InputError("compare_laws: two candidates have one name")
     parts = _dealt(seen, folds, whole(seed, "seed", 0))
+    options = {"restitution": restitution, "friction": friction, "robust": robust}
     sizes = _sizes(seen)
     rows, fits, left_out = [], [], []
     done, total = 0, len(chosen) * (folds + 1)
     for candidate in chosen:
         try:
-            misses, fit = _held_out(
-                seen, candidate, parts, sizes[0],
-                {"restitution": restitution, "friction": friction, "robust": robust},
-            )  # fmt: skip
+            misses, fit = _held_out(seen, candidate, parts, sizes[0], options)
             rows.append((candidate.name, misses))
             fits.append(fit)
         except ImpulsekitError as error:
@@ -315,23 +313,21 @@ def _dealt(seen: Sequence[Measurement], folds: int, seed: int) -> np.ndarray:
     Raises:
         InputError: fewer recordings than folds.
     """
-    names = [m.recording or f"\0{k}" for k, m in enumerate(seen)]
     own: dict[str, list[int]] = {}
-    for k, name in enumerate(names):
-        own.setdefault(name, []).append(k)
+    for k, m in enumerate(seen):
+        own.setdefault(m.recording or f"\0{k}", []).append(k)
     if len(own) < folds:
         raise InputError(
             f"compare_laws: {folds} folds need as many recordings, got {len(own)}; impacts of one "
             "recording are held out together"
         )
-    order = np.random.default_rng(seed).permutation(len(own))
     several = list(own.values())
+    order = np.random.default_rng(seed).permutation(len(own)).tolist()
     parts, counts = np.empty(len(seen), dtype=int), np.zeros(folds, dtype=int)
     # Long ones first, each to the smallest fold.
-    for k in sorted(order.tolist(), key=lambda k: -len(several[k])):
-        part = int(np.argmin(counts))
-        parts[several[k]] = part
-        counts[part] += len(several[k])
+    for run in sorted((several[k] for k in order), key=len, reverse=True):
+        parts[run] = part = int(np.argmin(counts))
+        counts[part] += len(run)
     return parts
 
 
@@ -393,16 +389,11 @@ def _judged(
     close = [
         name for name, p in zip(names[1:], better[1:, 0], strict=True) if p > NOT_DISTINGUISHED
     ]
-    notes = []
-    if close:
-        notes.append(f"not significantly worse than {names[0]}: {'; '.join(close)}")
+    notes = [f"not significantly worse than {names[0]}: {'; '.join(close)}"] if close else []
     ordered = [fits[k] for k in order]
     for name, fit in zip(names, ordered, strict=True):
         notes += [f"{name}: {note}" for note in fit.notes if "not determined" in note]
-    of_after = np.median(misses / after, axis=1)
-    of_change = np.median(misses / change, axis=1)
+    of_after, of_change = (np.median(misses / size, axis=1) for size in (after, change))
     lock(errors, better, of_after, of_change)
-    return LawComparison(
-        tuple(names), errors, of_after, of_change, better, tuple(ordered), tuple(left_out),
-        tuple(notes),
-    )  # fmt: skip
+    lists = (tuple(each) for each in (ordered, left_out, notes))
+    return LawComparison(tuple(names), errors, of_after, of_change, better, *lists)
