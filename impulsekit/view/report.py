@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 GAP_SCALE = 1e4
 # Of a line of names [characters].
 WIDTH = 80
+# So many links and joints are listed.
+LARGEST = 5
+# Of a row that shifts, and of one that turns.
+UNITS = ("N s, m/s", "N m s, rad/s")
 
 
 def contacts_section(impact: Impact) -> list[str]:
@@ -122,28 +126,29 @@ def _point_speeds(point: ContactPoint) -> tuple[float, float, float, float]:
     return found[0], found[2], found[1], found[3]
 
 
+def _turns(impact: Impact) -> dict[str, list[bool]]:
+    """Return by joint, for each of its speeds, True for rad/s and False for m/s."""
+    found: dict[str, list[bool]] = {}
+    for speed in speeds_of(impact.scene.robot, impact.q):
+        found.setdefault(speed.joint, []).append(speed.unit == "rad/s")
+    return found
+
+
 def _stops(impact: Impact, results: list[ContactResult]) -> list[str]:
     if not results:
         return []
-    unit_of_joint = {speed.joint: speed.unit for speed in speeds_of(impact.scene.robot, impact.q)}
-    joint_of_name = {
-        name: entry.joint_names[0]
-        for name, entry in zip(
-            impact.scene.entry_names("contacts"), impact.scene.contacts, strict=True
-        )
+    turns = _turns(impact)
+    joints = {
+        result.name: entry.joint_names[0]
+        for result, entry in zip(impact.contacts, impact.scene.contacts, strict=True)
         if entry.joint_names
     }
     rows = []
     for result in results:
-        joint = joint_of_name[result.name]
-        turns = unit_of_joint[joint] == "rad/s"
+        joint = joints[result.name]
         numbers = (result.impulse[0], result.velocity_before[0], result.velocity_after[0])
-        units = "N m s, rad/s" if turns else "N s, m/s"
-        rows.append([result.name, joint, *map(decimals, numbers), units])
+        rows.append([result.name, joint, *map(decimals, numbers), UNITS[turns[joint][0]]])
     return table(["stop", "joint", "impulse", "before", "after", "units"], rows)
-
-
-LARGEST = 5
 
 
 def report(
@@ -273,6 +278,7 @@ def _impulses(impact: Impact) -> list[str]:
     scene = impact.scene
     if not scene.impulses:
         return []
+    turns = _turns(impact)
     rows = []
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         if isinstance(entry, AppliedImpulse):
@@ -289,12 +295,8 @@ def _impulses(impact: Impact) -> list[str]:
                 given += f", {entry.axes} axes"
         else:
             where = f"in {entry.joint}"
-            units = [
-                "N m s" if speed.unit == "rad/s" else "N s"
-                for speed in speeds_of(scene.robot, impact.q)
-                if speed.joint == entry.joint
-            ]
-            given = ", ".join(f"{x:g} {u}" for x, u in zip(entry.values, units, strict=True))
+            pairs = zip(entry.values, turns[entry.joint], strict=True)
+            given = ", ".join(f"{x:g} {UNITS[one].split(',')[0]}" for x, one in pairs)
         rows.append([name, where, given])
     return ["Impulses", *table(["name", "where", "impulse"], rows)]
 
@@ -302,21 +304,18 @@ def _impulses(impact: Impact) -> list[str]:
 def _constraints(impact: Impact) -> list[str]:
     if not impact.constraints:
         return []
-    unit_of_joint = {speed.joint: speed.unit for speed in speeds_of(impact.scene.robot, impact.q)}
+    turns = _turns(impact)
     speed_scale = float(np.abs([impact.v_before, impact.v_after]).max())
     rows = []
     notes = []
     for entry, result in zip(impact.scene.held, impact.constraints, strict=True):
         for i, row in enumerate(result.rows):
-            if entry.joint_names:
-                turns = unit_of_joint[entry.joint_names[0]] == "rad/s"
-            else:
-                turns = row.startswith("r")
+            joint = entry.joint_names[0] if entry.joint_names else ""
+            turning = turns[joint][i] if joint else row.startswith("r")
             numbers = (result.impulse[i], result.velocity_before[i], result.velocity_after[i])
             scales = (np.abs(result.impulse).max(), speed_scale, speed_scale)
             shown = map(decimals, numbers, scales)
-            units = "N m s, rad/s" if turns else "N s, m/s"
-            rows.append([result.name, row, *shown, units])
+            rows.append([result.name, row, *shown, UNITS[turning]])
         if not result.unique:
             free = [r for r, one in zip(result.rows, result.unique_rows, strict=True) if not one]
             notes.append(

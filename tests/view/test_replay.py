@@ -133,6 +133,20 @@ def test_a_storm_of_impacts_keeps_the_largest_arrows(chain):
     assert "smaller arrows" in shown.notes[0]
 
 
+def test_ten_seconds_of_a_humanoid_fit_into_five_megabytes():
+    file = ik.load_scene(EXAMPLES / "talos_heel_strike.toml")
+    robot = file.scene.robot
+    impact = ik.solve(file.scene, file.q, file.v)
+    t = np.linspace(0.0, 10.0, 201)
+    # Every joint moves, at a pace of its own.
+    sway = 0.3 * np.sin(np.outer(t, np.linspace(1.0, 4.0, robot.nv)))
+    q = [pin.integrate(robot.model, robot.neutral(), each) for each in sway]
+    motion = Recording(robot, t, q, [(float(k), impact) for k in range(1, 10)])
+    shown = ik.replay(motion, reactions=True)
+    assert len(shown.times) > 600
+    assert 1e6 < len(shown.html) < 5e6
+
+
 def test_without_a_display_the_page_is_named_and_nothing_hangs(chain, monkeypatch, tmp_path):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)

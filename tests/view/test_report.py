@@ -65,6 +65,15 @@ def test_constraints_are_shown_with_what_they_carried():
     assert [row[3] for row in shown] == units
 
 
+def test_a_locked_root_has_the_units_of_each_of_its_speeds():
+    robot = ik.Robot.from_urdf(ik.models.chain_urdf(2), root="planar")
+    scene = ik.Scene(robot, constraints=[ik.JointLock("root_joint", name="weld")])
+    text = ik.report(ik.solve(scene, robot.neutral(), robot.velocity(root_joint=[1, 2, 3])))
+    rows = re.findall(r"^  weld +(\w+) .*  (N.*)$", text, re.M)
+    linear, angular = "N s, m/s", "N m s, rad/s"
+    assert rows == [("lock0", linear), ("lock1", linear), ("lock2", angular)]
+
+
 def test_redundant_rows_are_named_and_zeros_are_zeros():
     robot = ik.Robot.from_urdf(ik.models.chain_urdf(3), root="planar")
     scene = ik.Scene(
