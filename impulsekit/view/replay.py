@@ -158,19 +158,8 @@ def replay(
     shown = shown_motion(motion, span)
     if not 0.0 < hold < math.inf:
         raise RangeError.of("replay: hold", hold, "a finite number of seconds above 0")
-    if shown.impact_alone is not None:
-        stretched = max(shown.end - shown.start, LEAST_DURATION) / 4.0
-        speed, slow_motion = stretched if speed is None else speed, 1.0
-    instants = [time for time, _ in shown.impacts]
-    timeline = Timeline.of(
-        shown.start,
-        shown.end,
-        instants,
-        speed=1.0 if speed is None else speed,
-        slow_motion=slow_motion,
-        window=slow_window,
-    )
-    times = timeline.frames(fps, instants)
+    timeline = _timeline(shown, speed, slow_motion, slow_window)
+    times = timeline.frames(fps, [time for time, _ in shown.impacts])
     actors = Actors.of(shown, timeline.to_motion(times))
     drawing = Drawing()
     actors.draw(drawing, times, _ghost_times(shown, ghosts))
@@ -222,6 +211,21 @@ def replay(
         tuple(drawing.commands),
         text,
         page,
+    )
+
+
+def _timeline(shown: Shown, speed: float | None, slow_motion: float, window: float) -> Timeline:
+    """Return the times of a motion in playback; an impact alone is stretched evenly."""
+    usual = 1.0
+    if shown.impact_alone is not None:
+        usual, slow_motion = max(shown.end - shown.start, LEAST_DURATION) / 4.0, 1.0
+    return Timeline.of(
+        shown.start,
+        shown.end,
+        [time for time, _ in shown.impacts],
+        speed=usual if speed is None else speed,
+        slow_motion=slow_motion,
+        window=window,
     )
 
 
