@@ -260,6 +260,7 @@ class Controls(MutableMapping[str, Any]):
 
     def __init__(self, scene: Scene) -> None:
         self._robot = scene.robot
+        self._places: dict[str, slice] = {}
         self.torques = np.zeros(scene.robot.nv)
         self.changed = False
 
@@ -270,8 +271,10 @@ class Controls(MutableMapping[str, Any]):
         return twin
 
     def _where(self, name: str) -> slice:
-        joint = self._robot.model.joints[self._robot.joint_id(name)]
-        return slice(joint.idx_v, joint.idx_v + joint.nv)
+        if name not in self._places:
+            joint = self._robot.model.joints[self._robot.joint_id(name)]
+            self._places[name] = slice(joint.idx_v, joint.idx_v + joint.nv)
+        return self._places[name]
 
     def __getitem__(self, name: str) -> Any:
         own = self.torques[self._where(name)]
