@@ -267,10 +267,19 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
             const double bar = held_->rounding_of_span();
             if (dot(own, own, nv) <= bar * bar * dot(row, row, nv)) std::fill(own, own + nv, 0.0);
         }
-    for (int i = 0; i < rows_; ++i)
-        for (int j = 0; j <= i; ++j)
+    // Rows of bodies that have nothing to do with each other share no columns.
+    int *first = scratch().take_int(rows_), *last = scratch().take_int(rows_);
+    for (int i = 0; i < rows_; ++i) {
+        const double* row = left_.data() + i * nv;
+        first[i] = 0, last[i] = nv;
+        while (first[i] < nv && row[first[i]] == 0.0) ++first[i];
+        while (last[i] > first[i] && row[last[i] - 1] == 0.0) --last[i];
+        for (int j = 0; j <= i; ++j) {
+            const int from = std::max(first[i], first[j]), to = std::min(last[i], last[j]);
             W[i * rows_ + j] = W[j * rows_ + i] =
-                dot(left_.data() + i * nv, left_.data() + j * nv, nv);
+                from < to ? dot(row + from, left_.data() + j * nv + from, to - from) : 0.0;
+        }
+    }
     slip.assign(3 * n, 0.0);
     turning.assign(3 * k, 0.0);
     RestProblem p;

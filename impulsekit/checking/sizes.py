@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..impact.rank_tolerances import FAINT_AXIS, RANK_TOLERANCE
 from ..reference import KaneImpact, Load, Rows
 from ..reference.kane import generalized_masses
 from ..reference.kinematics import Kinematics
@@ -34,6 +33,14 @@ def reach_of(tree: Tree, at: Kinematics) -> float:
     return reach or 1.0
 
 
+# [rad] A row is dependent if, scaled to unit length, it stands less than this out of the span of
+# the others; and zero if its entries are less than this share of the terms they are sums of. Loops
+# closed by hand are off by about as much. ``core/laws/tolerances.hpp`` has the core's own.
+RANK_TOLERANCE = 1e-7
+# [rad] A row that is one axis of a vector is dependent if it stands less than this out of the span
+# of the others, in the length of the longest of its axes: what the digits of files leave of a loop
+# in a plane. An arm stretched to 1e-5 rad leaves more.
+FAINT_AXIS = 1e-8
 # Rounding of a solve, in units of epsilon times the condition.
 ROUNDING = 10.0
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-6

@@ -21,10 +21,9 @@ if TYPE_CHECKING:
 
     from .energy import Energy
     from .joint_loads import JointLoad
-    from .kinematics import PointVelocity
-    from .links import LinkJump
     from .residuals import Residuals
     from .uniqueness import Uniqueness
+    from .velocities import LinkJump, PointVelocity
 
 __all__ = ["Impact"]
 
@@ -84,7 +83,7 @@ class Impact(TouchedAnswer):
     @cached_property
     def bodies(self) -> Mapping[str, LinkJump]:
         """Velocity change of every link of the URDF, links behind fixed joints too."""
-        from .links import link_jumps
+        from .velocities import link_jumps
 
         return ByName(link_jumps(self), "link")
 
@@ -199,7 +198,7 @@ class Impact(TouchedAnswer):
         Raises:
             UnknownNameError, ShapeError, NotFiniteError.
         """
-        from .kinematics import point_velocity
+        from .velocities import point_velocity
 
         return point_velocity(self, frame, at)
 

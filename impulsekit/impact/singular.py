@@ -14,7 +14,6 @@ import pinocchio as pin
 
 from ..errors import SingularMassError
 from ..robot.masses import symmetric
-from .rank_tolerances import FAINT_PIVOT, SMALLEST_PIVOT, UNFILLED_ROW, WEIGHTLESS
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -27,6 +26,14 @@ __all__ = [
     "singular_mass",
 ]
 
+# Rows of less than this share of the longest do not fill up a singular mass matrix.
+UNFILLED_ROW = 1e-12
+# A pivot of M this far below its diagonal is rounding, not inertia.
+SMALLEST_PIVOT = 1e-13
+# Pivots depend on the order of elimination: below this the matrix is looked at as a whole.
+FAINT_PIVOT = 1e-6
+# A generalized mass below this share of the largest counts as zero.
+WEIGHTLESS = 1e-12
 # A principal moment that is negative by more than this part of the largest was written so.
 NEGATIVE_MOMENT = 1e-9
 # Joints with this part in a motion without mass, a unit vector, are named.

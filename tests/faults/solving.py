@@ -195,7 +195,6 @@ _SOLVING = (
     _saved("loads a motion that does not exist", "gone.npz", None),
     _saved("loads a text as a motion", "notes.npz", b"nothing"),
     _saved("loads half a motion", "half.npz", b"PK\x03\x04" + b"\0" * 40),
-    _changed("loads a motion of an older version, with a pickle in it", "old.npz", pickled=np.zeros(3, np.uint8)),
     _changed("loads a motion without its record", "bare.npz", record=None),
     _changed("loads a motion of another format", "newer.npz", record=_bytes({"format": 9})),
     _changed("loads a motion with a NaN among its times", "nan.npz", t=np.array([0.0, math.nan, 1.0])),

