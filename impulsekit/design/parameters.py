@@ -139,11 +139,9 @@ def parameters_of(
     several = [scenes] if isinstance(scenes, Scene) else list(scenes)
     scene = several[0]
     contacts: dict[str, Any] = {}
-    for each in {id(each): each for each in several}.values():
-        contacts = {
-            **dict(zip(each.entry_names("contacts"), each.contacts, strict=True)),
-            **contacts,
-        }
+    # Of contacts of one name the first scene's counts.
+    for each in reversed({id(each): each for each in several}.values()):
+        contacts |= zip(each.entry_names("contacts"), each.contacts, strict=True)
     found = []
     for kind, wanted in (("restitution", restitution), ("friction", friction)):
         if isinstance(wanted, str):
@@ -171,6 +169,11 @@ def parameters_of(
                     own = [each.values[k] if speeds else each for each in values]
                     start = float(np.mean(own))
                     found.append(Parameter(kind, entry, k, start, 0.0, high, names, speeds, group))
+    return found + _inertia_parameters(scene, inertias)
+
+
+def _inertia_parameters(scene: Scene, inertias: Mapping[str, Sequence[str]]) -> list[Parameter]:
+    found = []
     for joint, items in inertias.items():
         body = scene.robot.model.inertias[scene.robot.joint_id(joint)]
         values = body.toDynamicParameters()

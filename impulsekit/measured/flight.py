@@ -191,7 +191,7 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     return np.array([[c, -b], [-b, a]]) / det
 
 
-def left_by_parabolas(
+def parabola_residuals(
     model: pin.Model, t: np.ndarray, q: np.ndarray, own: np.ndarray
 ) -> np.ndarray:
     """Return (N, nv) what constant accelerations, of any size, leave of samples, on the tangent."""
@@ -217,5 +217,5 @@ def is_smooth(
     Args:
         own: indices of the samples on both sides. cost: of the kink, see ``Kink``.
     """
-    left = left_by_parabolas(flight.model, t, q, own) / sigma
+    left = parabola_residuals(flight.model, t, q, own) / sigma
     return float((left**2).sum()) < cost + KINK_BETTER

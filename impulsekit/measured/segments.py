@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..tolerances import NONZERO
-from .flight import left_by_parabolas
+from .flight import parabola_residuals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,14 +80,14 @@ def flights_with_noise(
         square
         for recording, cut in zip(recordings, cuts, strict=True)
         for own in cut.flights
-        for square in _left_by_fits(flight, recording, own, sigma)
+        for square in _fit_residuals(flight, recording, own, sigma)
     ]
     if len(squares) >= FEWEST_FITS:
         sigma = np.maximum(np.sqrt(np.median(squares, axis=0)), least)
     return sigma, cuts
 
 
-def _left_by_fits(
+def _fit_residuals(
     flight: Flight, recording: Recording, own: np.ndarray, sigma: np.ndarray
 ) -> list[np.ndarray]:
     """Return (nv,) mean squares of the residuals of pieces of a flight."""
@@ -99,7 +99,7 @@ def _left_by_fits(
         v = pin.difference(flight.model, q[piece[0]], q[piece[-1]]) / span
         fit = flight.fit(t[piece], q[piece], float(t[middle]), q[middle], v, sigma)
         squares = (fit.residuals**2).sum(axis=0) / (PIECE - 2)
-        other = (left_by_parabolas(flight.model, t, q, piece) ** 2).sum(axis=0) / (PIECE - 3)
+        other = (parabola_residuals(flight.model, t, q, piece) ** 2).sum(axis=0) / (PIECE - 3)
         if (squares / np.maximum(other, NONZERO)).mean() < NO_FLIGHT:
             found.append(squares)
     return found
