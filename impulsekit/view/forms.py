@@ -17,8 +17,12 @@ from ..robot.placing import Posture
 if TYPE_CHECKING:
     from rich.markdown import Markdown
 
+    from ..impact import Impact
+
 # [rad] of a unit of speed: a joint whose axis turns by less slides; axes are unit vectors or zero.
 TURNS = 1e-12
+# Of a row that shifts, and of one that turns.
+IMPULSE_UNITS = ("N s, m/s", "N m s, rad/s")
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,14 @@ def speeds_of(robot: Robot, q: np.ndarray) -> tuple[Speed, ...]:
             unit = "rad/s" if turns else "m/s"
             speeds.append(Speed(model.names[joint_id], component, unit))
     return tuple(speeds)
+
+
+def turns_of(impact: Impact) -> dict[str, list[bool]]:
+    """Return by joint, for each of its speeds, True for rad/s and False for m/s."""
+    found: dict[str, list[bool]] = {}
+    for speed in speeds_of(impact.scene.robot, impact.q):
+        found.setdefault(speed.joint, []).append(speed.unit == "rad/s")
+    return found
 
 
 Blocks = list[list[str]]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -12,143 +11,15 @@ from ..display import ROUNDING, decimals, paper_decimals, table
 from ..errors import RangeError, check_kind, quoted
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
-from .forms import FORMS, speeds_of
+from .forms import FORMS, IMPULSE_UNITS, speeds_of, turns_of
+from .touching import contacts_section, gap_lines
 
 if TYPE_CHECKING:
     from ..impact import Impact
-    from ..impact.constraint_results import ConstraintResult
-    from ..impact.contact_results import ContactPoint, ContactResult
     from ..scene.points import ReportPoint
 
-# Gaps below rounding of this [m] are shown as 0: places of robots are no better than 1e-13 of it.
-GAP_SCALE = 1e4
-# Of a line of names [characters].
-WIDTH = 80
 # So many links and joints are listed.
 LARGEST = 5
-# Of a row that shifts, and of one that turns.
-UNITS = ("N s, m/s", "N m s, rad/s")
-
-
-def contacts_section(impact: Impact) -> list[str]:
-    """Return the lines on contacts: impulses, speeds, and contacts that are not unique."""
-    results = impact.contacts
-    if not results:
-        return []
-    lines = _point_rows([r for r in results if r.touching and len(r.impulse) == 3])
-    lines += _turning([r for r in results if any(p.turning is not None for p in r.points)])
-    lines += _stops(impact, [r for r in results if r.touching and len(r.impulse) == 1])
-    apart = [result.name for result in results if not result.touching]
-    shared = [result.name for result in results if not result.unique]
-    if apart:
-        lines.append(f"  not touching: {', '.join(apart)}")
-    if shared:
-        lines.append(f"  redundant, only the resultant counts: {', '.join(shared)}")
-    has_stops = any(len(result.impulse) == 1 for result in results)
-    lines += gap_lines("gaps [m, rad]" if has_stops else "gaps [m]", results)
-    return [
-        "Contacts: impulses [N s] in world axes, speeds [m/s] along the normal and across",
-        *lines,
-    ]
-
-
-def _turning(results: list[ContactResult]) -> list[str]:
-    """Return angular impulses against rolling and spin, point by point."""
-    own = [(r.name, p.turning) for r in results for p in r.points if p.turning is not None]
-    if not own:
-        return []
-    moments = max(float(np.abs(turning.impulse).max()) for _, turning in own)
-    rates = max(
-        float(np.abs(w).max()) for _, t in own for w in (t.velocity_before, t.velocity_after)
-    )
-    rows = [
-        [
-            name,
-            turning.rolling,
-            turning.spin,
-            *(decimals(x, moments) for x in turning.impulse),
-            *(
-                decimals(float(np.linalg.norm(w)), rates)
-                for w in (turning.velocity_before, turning.velocity_after)
-            ),
-        ]
-        for name, turning in own
-    ]
-    head = ["name", "rolling", "spin", *(f"impulse {axis}" for axis in "xyz")]
-    title = "  angular impulses against rolling and spin [N m s], relative angular speeds [rad/s]"
-    return [title, *table([*head, "speed before", "after"], rows)]
-
-
-def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:
-    """Return the gaps of entries [m, rad]; below a nanometre they are shown as 0."""
-    if not results:
-        return []
-    shown = [f"{each.name} {decimals(each.gap, GAP_SCALE)}" for each in results]
-    return textwrap.wrap(
-        f"{title}: {', '.join(shown)}",
-        WIDTH,
-        initial_indent="  ",
-        subsequent_indent="    ",
-        break_long_words=False,
-    )
-
-
-def _point_rows(results: list[ContactResult]) -> list[str]:
-    if not results:
-        return []
-    impulse_scale = max(float(np.abs(result.impulse).max()) for result in results)
-    speeds = [[_point_speeds(point) for point in result.points] for result in results]
-    speed_scale = max(float(np.abs(each).max()) for each in speeds)
-    rows = []
-    for result, each in zip(results, speeds, strict=True):
-        count = len(result.points)
-        rows.append(
-            [
-                result.name + (f" ({count} points)" if count > 1 else ""),
-                result.mode,
-                *(decimals(x, impulse_scale) for x in result.impulse),
-                *(decimals(x, speed_scale) for x in np.mean(each, axis=0)),
-            ]
-        )
-    head = ["name", "mode", *(f"impulse {axis}" for axis in "xyz")]
-    head += ["normal before", "after", "slip before", "after"]
-    return table(head, rows)
-
-
-def _point_speeds(point: ContactPoint) -> tuple[float, float, float, float]:
-    """Return speeds along the normal and across it, each before and after."""
-    if point.normal is None:
-        raise ValueError("a joint stop has no normal")
-    found = []
-    for velocity in (point.velocity_before, point.velocity_after):
-        along = float(point.normal @ velocity)
-        found += [along, float(np.linalg.norm(velocity - along * point.normal))]
-    return found[0], found[2], found[1], found[3]
-
-
-def _turns(impact: Impact) -> dict[str, list[bool]]:
-    """Return by joint, for each of its speeds, True for rad/s and False for m/s."""
-    found: dict[str, list[bool]] = {}
-    for speed in speeds_of(impact.scene.robot, impact.q):
-        found.setdefault(speed.joint, []).append(speed.unit == "rad/s")
-    return found
-
-
-def _stops(impact: Impact, results: list[ContactResult]) -> list[str]:
-    if not results:
-        return []
-    turns = _turns(impact)
-    joints = {
-        result.name: entry.joint_names[0]
-        for result, entry in zip(impact.contacts, impact.scene.contacts, strict=True)
-        if entry.joint_names
-    }
-    rows = []
-    for result in results:
-        joint = joints[result.name]
-        numbers = (result.impulse[0], result.velocity_before[0], result.velocity_after[0])
-        rows.append([result.name, joint, *map(decimals, numbers), UNITS[turns[joint][0]]])
-    return table(["stop", "joint", "impulse", "before", "after", "units"], rows)
 
 
 def report(
@@ -278,7 +149,7 @@ def _impulses(impact: Impact) -> list[str]:
     scene = impact.scene
     if not scene.impulses:
         return []
-    turns = _turns(impact)
+    turns = turns_of(impact)
     rows = []
     for name, entry in zip(scene.entry_names("impulses"), scene.impulses, strict=True):
         if isinstance(entry, AppliedImpulse):
@@ -296,7 +167,7 @@ def _impulses(impact: Impact) -> list[str]:
         else:
             where = f"in {entry.joint}"
             pairs = zip(entry.values, turns[entry.joint], strict=True)
-            given = ", ".join(f"{x:g} {UNITS[one].split(',')[0]}" for x, one in pairs)
+            given = ", ".join(f"{x:g} {IMPULSE_UNITS[one].split(',')[0]}" for x, one in pairs)
         rows.append([name, where, given])
     return ["Impulses", *table(["name", "where", "impulse"], rows)]
 
@@ -304,7 +175,7 @@ def _impulses(impact: Impact) -> list[str]:
 def _constraints(impact: Impact) -> list[str]:
     if not impact.constraints:
         return []
-    turns = _turns(impact)
+    turns = turns_of(impact)
     speed_scale = float(np.abs([impact.v_before, impact.v_after]).max())
     rows = []
     notes = []
@@ -315,7 +186,7 @@ def _constraints(impact: Impact) -> list[str]:
             numbers = (result.impulse[i], result.velocity_before[i], result.velocity_after[i])
             scales = (np.abs(result.impulse).max(), speed_scale, speed_scale)
             shown = map(decimals, numbers, scales)
-            rows.append([result.name, row, *shown, UNITS[turning]])
+            rows.append([result.name, row, *shown, IMPULSE_UNITS[turning]])
         if not result.unique:
             free = [r for r, one in zip(result.rows, result.unique_rows, strict=True) if not one]
             notes.append(
