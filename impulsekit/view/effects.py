@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from .arrows import KINDS, MODES, Arrow, impact_arrows, largest_sizes, summary
+from .bodies import joint_places
 from .drawing import Drawing, Tube, arrow, cylinder, node_name, node_path
 from .motions import Shown, resting_forces, triad
 from .timeline import Timeline
@@ -233,12 +234,8 @@ def _trace(shown: Shown, point: ReportPoint) -> np.ndarray:
     robot = shown.robot
     frame = robot.model.frames[robot.frame_id(point.frame, "replay: traces")]
     inside = frame.placement.act(np.array(point.at))
-    data = robot.model.createData()
-    line = []
-    for q in shown.at(np.linspace(shown.start, shown.end, TRACE_POINTS)):
-        pin.forwardKinematics(robot.model, data, q)
-        line.append(data.oMi[frame.parentJoint].act(inside))
-    return np.array(line)
+    places = joint_places(shown, np.linspace(shown.start, shown.end, TRACE_POINTS))
+    return np.array([pin.XYZQUATToSE3(x).act(inside) for x in places[:, frame.parentJoint]])
 
 
 def _arrow_row(kind: str, largest: float) -> dict[str, str]:
