@@ -7,7 +7,7 @@ defaults of some files otherwise than MuJoCo does; MuJoCo's compiler is what def
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -148,9 +148,7 @@ class MjcfRobot:
         several = sum(self._mj.body_parentid[1:] == 0) > 1
         own = f"{name}_root_joint" if several else "root_joint"
         if own in self._joint_names:
-            taken, own = own, f"world_{own}"
-            while own in self._joint_names:
-                own += "_"
+            taken, own = own, _free_name(f"world_{own}", self._joint_names)
             self.assumptions.append(
                 f'the robot has a joint "{taken}", so the root joint is named "{own}"'
             )
@@ -217,9 +215,7 @@ class MjcfRobot:
             placement = self._in_joint[body] * _placement(mj.site_pos[site], mj.site_quat[site])
             if self.model.existFrame(name):
                 # A site may be called like a body or joint, which goes by the name alone.
-                own, name = name, f"{name}_site"
-                while self.model.existFrame(name):
-                    name += "_"
+                own, name = name, _free_name(f"{name}_site", [f.name for f in self.model.frames])
                 self.assumptions.append(f'site "{own}" is called "{name}"')
             frame = pin.Frame(name, self._joint_of_body[body], placement, pin.FrameType.OP_FRAME)
             self.model.addFrame(frame, False)
@@ -239,11 +235,9 @@ class MjcfRobot:
         """
         taken, names = set(given), []
         for i, name in enumerate(given):
-            wanted = self._name(name, self._otherwise(kind, i))
-            own = wanted
-            while own != name and own in taken:
-                own += "_"
-            if own != wanted:
+            usual = self._name(name, self._otherwise(kind, i))
+            own = usual if usual == name else _free_name(usual, taken)
+            if own != usual:
                 called = f'"{name}"' if name else f"number {i}, which has no name,"
                 self.assumptions.append(f'{kind} {called} is called "{own}"')
             taken.add(own)
@@ -329,6 +323,13 @@ class MjcfRobot:
 
     def _error(self, element: str, sentence: str) -> MjcfError:
         return MjcfError(f"{self.name}: {element}: {sentence}", source=self.name, element=element)
+
+
+def _free_name(name: str, taken: Collection[str]) -> str:
+    """A name that nothing else has."""
+    while name in taken:
+        name += "_"
+    return name
 
 
 def _names(mj: Any, kind: str) -> list[str]:

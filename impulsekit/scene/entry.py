@@ -40,6 +40,15 @@ class Checked:
     def _check(self, what: str) -> None:
         """Check what no field has by itself; ``what`` begins the sentences."""
 
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that it fits a robot; ``where`` begins the sentences.
+
+        Raises:
+            UnknownNameError: a frame or joint that the robot does not have.
+            InputError: it would act within one rigid body, or in a joint of another kind.
+            ShapeError: as many numbers as the joint does not have degrees of freedom.
+        """
+
 
 @functools.cache
 def _checks_of(kind: Any) -> tuple[list[str], list[tuple[str, Check]]]:
@@ -78,15 +87,6 @@ class Entry(Checked):
     def joint_names(self) -> tuple[str, ...]:
         """The joints it acts in."""
         return ()
-
-    def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that it fits a robot; ``where`` begins the sentences.
-
-        Raises:
-            UnknownNameError: a frame or joint that the robot does not have.
-            InputError: it would act within one rigid body, or in a joint of another kind.
-            ShapeError: as many numbers as the joint does not have degrees of freedom.
-        """
 
 
 class BetweenFrames(Entry):

@@ -115,7 +115,11 @@ def collisions(
             "and pairs that the SRDF disables do not collide; robot.with_ground() gives a ground"
         )
     named = {name for names in patterns for one in names for name in fnmatch.filter(bare, one)}
-    _note([name for name in bare if name in named])
+    without = [name for name in bare if name in named]
+    if without:
+        more = f" and {len(without) - NAMED} more" if len(without) > NAMED else ""
+        names = ", ".join(f'"{name}"' for name in without[:NAMED])
+        warn_of_setup([f"links without collision geometry do not collide: {names}{more}"])
     return found
 
 
@@ -167,11 +171,3 @@ def _chosen(
             raise UnknownNameError.among("link or geometry", name, known, "collisions")
         found.update({body.name: body for body in own})
     return list(found.values())
-
-
-def _note(bare: list[str]) -> None:
-    """One warning for all links that cannot collide."""
-    if bare:
-        more = f" and {len(bare) - NAMED} more" if len(bare) > NAMED else ""
-        names = ", ".join(f'"{name}"' for name in bare[:NAMED])
-        warn_of_setup([f"links without collision geometry do not collide: {names}{more}"], above=3)

@@ -48,6 +48,11 @@ class Material(Checked):
             raise InputError(f"{what} must be a list of names, got {a_thing(links)}")
         object.__setattr__(self, "links", tuple(text(link, what) for link in links))
 
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the links."""
+        for link in self.links:
+            robot.frame_id(link, where)
+
 
 @dataclass(frozen=True)
 class MaterialPair(Checked):
@@ -124,8 +129,8 @@ def _tables(
     for i, one in enumerate(materials):
         where = f"materials[{i}]"
         if isinstance(one, Material):
+            one.check_robot(robot, where)
             for link in one.links:
-                robot.frame_id(link, where)
                 if of_link.setdefault(link, one.name) != one.name:
                     raise InputError(
                         f'{where}: "{link}" is made of "{of_link[link]}" already; give it one '

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, a_thing
+from ..robot import Robot
 from .entry import Checked
 from .numbers import Name, Vector
 
@@ -25,6 +26,13 @@ class _Labelled(Checked):
         if self.label is not None:
             return self.label
         return self.frame + (f" {self.at}" if any(self.at) else "")
+
+    def check_robot(self, robot: Robot, where: str) -> None:
+        """Prove that the robot has the frame, and the joint, which may be a fixed one."""
+        robot.frame_id(self.frame, where)
+        joint = getattr(self, "joint", None)
+        if joint is not None and joint not in robot.frame_names:
+            robot.joint_id(joint, where)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,6 @@ from .vocabulary import (
     SECTIONS,
     STRICT,
     Section,
-    read_entries,
     read_section,
 )
 
@@ -129,13 +128,11 @@ def _scene_file(data: dict[str, Any], path: str, folder: str) -> SceneFile:
             parts[section.name] = read_section(section, data[section.name], robot, faults)
     points = _read_points(POINTS, data.get("report", {}), robot, faults)
     design = _read_points(DESIGN, data.get("design", {}), robot, faults)
-    motion: tuple[MotionSettings, ...] = ()
-    if "motion" in data:
-        motion = read_entries(MOTION, (data["motion"],), lambda entry, place: None, faults)
+    motion = read_section(MOTION, data["motion"], robot, faults) if "motion" in data else None
     if not faults and robot is not None and settings is not None:
         try:
             scene = Scene(robot, **parts, **dict(settings))
-            return SceneFile(path, scene, q, v, points, next(iter(motion), None), design)
+            return SceneFile(path, scene, q, v, points, motion, design)
         except ImpulsekitError as error:
             # What is wrong with no entry alone, such as two of one name.
             faults.add(str(error).removeprefix("Scene: "))
@@ -174,30 +171,28 @@ def _read_state(raw: Any, robot: Robot | None, faults: Faults) -> tuple[np.ndarr
         if key not in ("q", "v"):
             faults.add(no_such_key(f"state.{key}", key, ("q", "v"), MOVED))
     if robot is not None:
-        model = robot.model
-        whole_q: Callable = lambda x: states.checked_configuration(model, x)  # noqa: E731
-        whole_v: Callable = lambda x: states.checked_velocity(model, x)  # noqa: E731
-        named_q: Callable = lambda x: states.configuration(robot, x)  # noqa: E731
-        q = _read_vector(raw.get("q", {}), "state.q", whole_q, named_q, faults, q)
-        v = _read_vector(raw.get("v", {}), "state.v", whole_v, robot.velocity, faults, v)
+        q = _read_vector(raw.get("q", {}), "q", robot, faults, q)
+        v = _read_vector(raw.get("v", {}), "v", robot, faults, v)
     lock(q, v)
     return q, v
 
 
 def _read_vector(
-    raw: Any,
-    place: str,
-    whole: Callable[[Any], np.ndarray],
-    by_name: Callable[[dict[str, Any]], np.ndarray],
-    faults: Faults,
-    otherwise: np.ndarray,
+    raw: Any, letter: str, robot: Robot, faults: Faults, otherwise: np.ndarray
 ) -> np.ndarray:
     """A whole vector from a list, or from a table by joint name."""
+    place, is_q = f"state.{letter}", letter == "q"
     if not isinstance(raw, dict | tuple):
         faults.add(f"{place} must be a list, or a table by joint name, got {quoted(raw)}")
         return otherwise
     if isinstance(raw, tuple):
-        return _tried(whole, _numbers(raw, place, faults), place, faults, otherwise)
+        check = states.checked_configuration if is_q else states.checked_velocity
+        numbers = _numbers(raw, place, faults)
+        return _tried(lambda x: check(robot.model, x), numbers, place, faults, otherwise)
+
+    def by_name(values: dict[str, Any]) -> np.ndarray:
+        return states.configuration(robot, values) if is_q else robot.velocity(values)
+
     given = {}
     for name, value in raw.items():
         # One joint at a time, so that each has its say.
@@ -229,7 +224,7 @@ def _tried(make: Callable, value: Any, place: str, faults: Faults, otherwise: An
 
 
 def _read_points(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> tuple:
-    """The points of a table such as [report], whose names are checked against the robot."""
+    """The points of a table such as [report]."""
     table, _, key_of_points = section.name.partition(".")
     if not isinstance(raw, dict):
         faults.add(f"{table} must be a table with {key_of_points}")
@@ -237,14 +232,4 @@ def _read_points(section: Section, raw: Any, robot: Robot | None, faults: Faults
     for key in raw:
         if key != key_of_points:
             faults.add(no_such_key(f"{table}.{key}", key, (key_of_points,), MOVED))
-
-    def check(point: ReportPoint | DesignPoint, place: str) -> None:
-        if robot is None:
-            return
-        _tried(robot.frame_id, point.frame, f"{place}.frame", faults, None)
-        joint = getattr(point, "joint", None)
-        # The joint of a robot, or one that is fixed in it.
-        if joint is not None and joint not in robot.frame_names:
-            _tried(robot.joint_id, joint, f"{place}.joint", faults, None)
-
-    return read_entries(section, raw.get(key_of_points, ()), check, faults)
+    return read_section(section, raw.get(key_of_points, ()), robot, faults)

@@ -14,6 +14,7 @@ from ..errors import ImpulsekitError, InputError, UrdfError
 from ..robot import Robot, RobotPart
 from ..robot.combine import combine
 from ..robot.examples import example_names, example_path, example_urdf
+from ..robot.placing import pose
 from ..robot.source import Changes, Ground
 from ..scene.numbers import Vector
 from .faults import Faults
@@ -92,7 +93,7 @@ def read_robots(
         robot = None if table is None else _built(table, folder, place, faults)
         if table is None or robot is None:
             continue
-        placement = _matrix(table.placement or PlacementTable(), f"{place}.placement", faults)
+        placement = _placement(table.placement or PlacementTable(), f"{place}.placement", faults)
         try:
             # Alone first, so that each has its say.
             combine({name: robot}, placements={name: placement})
@@ -151,17 +152,12 @@ def _read(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot |
         return None
 
 
-def _matrix(table: PlacementTable, place: str, faults: Faults) -> np.ndarray:
-    if table.matrix is not None:
-        if table.xyz is not None or table.rpy is not None:
-            faults.add(f"{place}: matrix excludes xyz and rpy")
-        return np.array(table.matrix)
-    matrix = np.eye(4)
-    if table.rpy is not None:
-        matrix[:3, :3] = pin.rpy.rpyToMatrix(np.array(table.rpy))
-    if table.xyz is not None:
-        matrix[:3, 3] = table.xyz
-    return matrix
+def _placement(table: PlacementTable, place: str, faults: Faults) -> pin.SE3 | np.ndarray:
+    if table.matrix is None:
+        return pose(table.xyz or (0.0, 0.0, 0.0), rpy=table.rpy)
+    if table.xyz is not None or table.rpy is not None:
+        faults.add(f"{place}: matrix excludes xyz and rpy")
+    return np.array(table.matrix)
 
 
 def part_as_table(part: RobotPart, folder: str | None) -> dict[str, Any]:

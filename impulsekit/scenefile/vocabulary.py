@@ -36,7 +36,6 @@ from ..scene.coefficients import (
 )
 from ..scene.constraints import DistanceAnchor, FrameAnchor, JointCoupling, JointLock, PointAnchor
 from ..scene.contacts import Collision, Contact, JointStop, Rope
-from ..scene.entry import Entry
 from ..scene.forces import (
     PD,
     Actuator,
@@ -206,20 +205,9 @@ MOVED = ("gravity", "gap_bound", "controlled")
 
 
 def read_section(section: Section, raw: Any, robot: Robot | None, faults: Faults) -> Any:
-    """Return the entries of a section, each checked alone against the robot."""
-
-    def check(entry: Any, place: str) -> None:
-        if robot is not None:
-            _check_entry(robot, entry, place, faults)
-
-    found = read_entries(section, raw if section.many else (raw,), check, faults)
-    return found if section.many else next(iter(found), None)
-
-
-def read_entries(
-    section: Section, raw: Any, check: Callable[[Any, str], None], faults: Faults
-) -> tuple[Any, ...]:
-    """Return the entries that could be made; ``check`` gets each of them with its place."""
+    """Return the entries of a section that could be made, each checked alone against the robot."""
+    if not section.many:
+        raw = (raw,)
     if not isinstance(raw, tuple):
         faults.add(f"{section.name} must be a list of tables, [[{section.name}]]")
         return ()
@@ -231,9 +219,10 @@ def read_entries(
             continue
         entry = _read_entry(section, table, place, faults)
         if entry is not None:
-            check(entry, place)
+            if robot is not None:
+                _check_entry(robot, entry, place, faults)
             entries.append(entry)
-    return tuple(entries)
+    return tuple(entries) if section.many else next(iter(entries), None)
 
 
 def _read_entry(section: Section, table: dict[str, Any], place: str, faults: Faults) -> Any:
@@ -294,18 +283,14 @@ def _kind(section: Section, table: dict[str, Any], place: str, faults: Faults) -
 
 
 def _check_entry(robot: Robot, entry: Any, place: str, faults: Faults) -> None:
-    """Hold one entry against the robot.
+    """Check one entry against the robot.
 
     An unknown name is put right and the entry tried again, so that the next one shows.
     """
     put_right = False
     for _ in range(16):
         try:
-            if isinstance(entry, Entry):
-                entry.check_robot(robot, place)
-            elif isinstance(entry, Material):
-                for link in entry.links:
-                    robot.frame_id(link, place)
+            entry.check_robot(robot, place)
             return
         except UnknownNameError as error:
             at, better = _with_name_put_right(entry, error)
