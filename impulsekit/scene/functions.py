@@ -11,9 +11,6 @@ import numpy as np
 from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
 from ..robot.arrays import read_only
 
-# Types of numbers that need no second look.
-_PLAIN = frozenset((float, int, np.float64))
-
 
 def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
     """Return the result of a user's function. Arrays among its arguments are read-only copies.
@@ -21,7 +18,7 @@ def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
     Raises:
         CallbackError: the function raised an exception, which is the cause.
     """
-    own = [_copy(x) if isinstance(x, np.ndarray) else x for x in arguments]
+    own = [read_only(x.copy()) if isinstance(x, np.ndarray) else x for x in arguments]
     try:
         return function(*own)
     except Exception as error:
@@ -54,9 +51,6 @@ def numbers_from(
         NotFiniteError: it gave NaN, or an infinity.
     """
     given = call(function, what, *arguments)
-    plain = _plain(given, size)
-    if plain is not None:
-        return plain
     try:
         array = np.asarray(given)
         if array.dtype.kind == "O" and not _holds_no_numbers(array):
@@ -81,24 +75,6 @@ def numbers_from(
         first = int(np.argmax(bad))
         raise _of_function(NotFiniteError.of(what, f"entry {first}", array[first]), what)
     return array
-
-
-def _plain(given: Any, size: int) -> np.ndarray | None:
-    """(size,) finite plain numbers of a list or tuple, as most functions give; else None."""
-    if type(given) not in (list, tuple) or len(given) != size:
-        return None
-    if not _PLAIN.issuperset(map(type, given)):
-        return None
-    try:
-        array = np.array(given, dtype=float)
-    except OverflowError:
-        return None
-    return array if all(map(math.isfinite, given)) else None
-
-
-def _copy(array: np.ndarray) -> np.ndarray:
-    own = array.copy()
-    return read_only(own)
 
 
 def _holds_no_numbers(array: np.ndarray) -> bool:
