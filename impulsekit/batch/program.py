@@ -13,7 +13,7 @@ from ..impact.flat.law import contact_law
 from ..impact.flat.model import body_numbers
 from ..impact.flat.scene import FlatScene, flat_scene
 from ..scene import Restitution, RestitutionTable, Scene
-from ..scene.scene import KeptByScene
+from ..scene.scene import SceneCache
 from .masses import link_inertia
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Program:
 
 # By the links whose masses vary, and the contacts whose points do.
 _Programs = dict[tuple[tuple[str, ...], tuple[int, ...]], Program]
-_programs: KeptByScene[_Programs] = KeptByScene(lambda scene: {})
+_programs: SceneCache[_Programs] = SceneCache(lambda scene: {})
 
 
 def is_new(scene: Scene) -> bool:

@@ -12,7 +12,7 @@ from ..robot.masses import crba_of, symmetric
 from ..robot.model_checks import check_capacity
 from ..rows.entries import Site
 from ..scene import AppliedImpulse
-from ..scene.scene import KeptByThread
+from ..scene.scene import ThreadCache
 from .flat.scene import flat_of
 from .held_mass import Responses, held_mass
 
@@ -46,7 +46,7 @@ class _Workspace:
         return model
 
 
-_workspaces = KeptByThread(_Workspace)
+_workspaces = ThreadCache(_Workspace)
 
 
 class Mechanics:

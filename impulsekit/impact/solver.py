@@ -16,7 +16,7 @@ from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
 from ..scene import Scene
 from ..scene.impulses import impulse_numbers, with_numbers
-from ..scene.scene import KeptByThread, scene_at
+from ..scene.scene import ThreadCache, scene_at
 from .known import KnownImpulses
 from .plan import Plan, needs_core, plan_of, touched_joints
 from .result import Impact
@@ -247,4 +247,4 @@ def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:
         return sqrt(q.dot(q) + v.dot(v))
 
 
-_workspaces: KeptByThread[_Workspace] = KeptByThread(lambda scene: ImpactSolver(scene)._workspace)
+_workspaces: ThreadCache[_Workspace] = ThreadCache(lambda scene: ImpactSolver(scene)._workspace)

@@ -29,7 +29,7 @@ from ..scene.driven import Rates, is_driven, velocity_at
 from ..scene.forces import PD, TorqueTable
 from ..scene.functions import numbers_from
 from ..scene.gap_functions import FunctionRows
-from ..scene.scene import KeptByScene
+from ..scene.scene import SceneCache
 
 __all__ = ["FlatMotion", "flat_motion"]
 
@@ -80,7 +80,7 @@ def _made(scene: Scene) -> FlatMotion:
     return FlatMotion(flat, core, tuple(forces.corners), tuple(forces.watched))
 
 
-_motions: KeptByScene[FlatMotion] = KeptByScene(_made)
+_motions: SceneCache[FlatMotion] = SceneCache(_made)
 
 
 class _Forces:

@@ -19,7 +19,7 @@ from ..scene import Contact, Scene
 from ..scene.driven import is_driven
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
-from ..scene.scene import KeptByScene, scene_at
+from ..scene.scene import SceneCache, scene_at
 from .interrupts import Interrupts
 from .record.path import Path
 from .record.sampled import Impacts, Rest
@@ -192,5 +192,5 @@ def _without_restitution(scene: Scene) -> Scene:
 
 
 # Made once, so that their solvers serve every motion of a scene.
-_later = KeptByScene(lambda scene: replace(scene, impulses=()) if scene.impulses else scene)
-_soft = KeptByScene(lambda scene: _without_restitution(_later.of(scene)))
+_later = SceneCache(lambda scene: replace(scene, impulses=()) if scene.impulses else scene)
+_soft = SceneCache(lambda scene: _without_restitution(_later.of(scene)))

@@ -125,11 +125,16 @@ def restitution_at(
         raise InputError(f'{what}: "{value}" needs the Scene(materials=[...]) that has its pair')
     if not callable(value):
         return value
-    if type(value) in (Restitution, RestitutionTable):
-        return value(approach_speed)
-    where = f"{what} at {approach_speed:g} m/s"
+    return _at_speed(value, approach_speed, _coefficient, what)
+
+
+def _at_speed(function: Any, speed: float, check: Check, what: str) -> float:
+    """A coefficient at a speed; what a user's own function gives is checked."""
+    if type(function) in (Restitution, RestitutionTable, StaticKinetic, FrictionTable):
+        return float(function(speed))
+    where = f"{what} at {speed:g} m/s"
     try:
-        return _coefficient(numbers_from(value, where, 1, approach_speed)[0], where)
+        return check(numbers_from(function, where, 1, speed)[0], where)
     except RangeError as error:
         error.from_function = True
         raise
@@ -280,14 +285,7 @@ def friction_at(friction: Any, slip_speed: float, what: str = "friction") -> flo
     """
     if not callable(friction):
         return float(friction)
-    if type(friction) in (StaticKinetic, FrictionTable):
-        return float(friction(slip_speed))
-    where = f"{what} at {slip_speed:g} m/s"
-    try:
-        return not_negative(numbers_from(friction, where, 1, slip_speed)[0], where)
-    except RangeError as error:
-        error.from_function = True
-        raise
+    return _at_speed(friction, slip_speed, not_negative, what)
 
 
 # Of each coefficient that a table gave: its name, what the user gave, and the table's number.

@@ -353,7 +353,7 @@ def scene_at(scene: Scene, t: float) -> Scene:
 T = TypeVar("T")
 
 
-class KeptByScene(Generic[T]):
+class SceneCache(Generic[T]):
     """A cache of ``make(scene)``, made when first asked for; it may not hold the scene.
 
     Attributes:
@@ -373,5 +373,5 @@ class KeptByScene(Generic[T]):
         return found
 
 
-class KeptByThread(threading.local, KeptByScene[T]):
+class ThreadCache(threading.local, SceneCache[T]):
     """The same for each thread by itself: workspaces, which a use overwrites."""

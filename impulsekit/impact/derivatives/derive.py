@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import check_kind
-from ...scene.scene import KeptByScene
+from ...scene.scene import SceneCache
 from ..flat.law import contact_law
 from ..flat.model import widest_core
 from ..flat.scene import FlatScene, flat_of
@@ -77,7 +77,7 @@ def _made(scene: Scene) -> tuple[FlatScene, ContactLaw, Layout]:
     return flat, contact_law(scene), Layout(scene, flat)
 
 
-_kept = KeptByScene(_made)
+_kept = SceneCache(_made)
 
 
 def _derivation(impact: Impact, inertia_of: int) -> Derivation:

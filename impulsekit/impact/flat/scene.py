@@ -27,7 +27,7 @@ from ...scene.coefficients import EllipticFriction
 from ...scene.constraints import KEPT
 from ...scene.contacts import turns
 from ...scene.gap_functions import FunctionRows
-from ...scene.scene import KeptByScene, scene_at
+from ...scene.scene import SceneCache, scene_at
 from .model import FlatModel, flat_model_of
 
 __all__ = [
@@ -148,7 +148,7 @@ def flat_scene(scene: Scene, model: FlatModel | None = None) -> FlatScene:
     return Flattening(scene, model or flat_model_of(scene.robot)).done()
 
 
-_flats: KeptByScene[FlatScene] = KeptByScene(flat_scene)
+_flats: SceneCache[FlatScene] = SceneCache(flat_scene)
 
 
 class Flattening:
