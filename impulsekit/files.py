@@ -171,11 +171,7 @@ def _target(path: str | os.PathLike[str]) -> str:
 
 
 def _check_target(target: str) -> int | None:
-    """The mode of a file that is there and may be replaced; None where there is none.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """The mode of a file that is there and may be replaced; None where there is none."""
     mode = None
     with contextlib.suppress(FileNotFoundError):
         mode = os.stat(target).st_mode

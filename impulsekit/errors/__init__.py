@@ -44,7 +44,7 @@ from .wording import (
     shown,
     warn_of_assumptions,
     warn_of_setup,
-)  # fmt: skip
+)
 
 __all__ = [
     "AssumptionWarning", "ContradictionError", "FileError", "ImpulsekitError",
@@ -323,10 +323,9 @@ class SingularMassError(SolveError):
 
     Example:
         >>> from impulsekit import AppliedImpulse, Robot, Scene, solve
-        >>> ends = "<parent link='a'/><child link='b'/>"
-        >>> links = f"<link name='a'/><link name='b'/>"
-        >>> hinge = f"<joint name='hinge' type='continuous'>{ends}</joint>"
-        >>> robot = Robot.from_urdf(f"<robot name='r'>{links}{hinge}</robot>")
+        >>> hinge = "<joint name='hinge' type='continuous'><parent link='a'/><child link='b'/>"
+        >>> text = f"<robot name='r'><link name='a'/><link name='b'/>{hinge}</joint></robot>"
+        >>> robot = Robot.from_urdf(text)
         >>> scene = Scene(robot, [AppliedImpulse("b", angular=[0, 0, 1])])
         >>> try:
         ...     _ = solve(scene, robot.neutral(), [0.0])

@@ -125,11 +125,7 @@ def _urdf_objects(
 
 
 def _solid(shape: UrdfShape, loader: Any, source: str) -> Any:
-    """A shape as coal has it.
-
-    Raises:
-        UrdfError: a mesh that coal's reader refuses; of its words only the reason is kept.
-    """
+    """A shape as coal has it."""
     if shape.kind != "mesh":
         kinds = {"box": coal.Box, "cylinder": coal.Cylinder, "sphere": coal.Sphere}
         return kinds[shape.kind](*shape.sizes)
@@ -144,11 +140,7 @@ def _solid(shape: UrdfShape, loader: Any, source: str) -> Any:
 
 
 def _check_finite(item: pin.GeometryObject, source: str) -> None:
-    """Prove that a mesh has no NaN and no infinity in its corners.
-
-    Raises:
-        UrdfError: it has.
-    """
+    """Prove that a mesh has no NaN and no infinity in its corners."""
     corners = _corners(item)
     if corners is not None and not np.isfinite(corners).all():
         raise Place(source).fault(
@@ -208,11 +200,7 @@ def shape_content(item: pin.GeometryObject) -> Iterator[bytes]:
 
 
 def _check_solid(item: pin.GeometryObject, where: str) -> None:
-    """Prove that a mesh encloses a volume: coal's convex hull of a flat one ends the process.
-
-    Raises:
-        InputError: it does not.
-    """
+    """Prove that a mesh encloses a volume: coal's convex hull of a flat one ends the process."""
     corners = _corners(item)
     if corners is None:
         return

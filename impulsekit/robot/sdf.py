@@ -23,9 +23,7 @@ from .urdf import UrdfText, checked_urdf
 from .urdf_elements import MOMENTS
 from .urdf_repairs import repair_text
 
-KINDS = (
-    "revolute", "continuous", "prismatic", "fixed", "ball", "universal", "revolute2",
-)  # fmt: skip
+KINDS = ("revolute", "continuous", "prismatic", "fixed", "ball", "universal", "revolute2")
 # Two hinges in series.
 TWO_HINGES = ("universal", "revolute2")
 # The constraint that closes a loop, by kind of joint; hinges for all others.
@@ -317,8 +315,6 @@ class SdfElements:
             parts.append(element("dynamics", **own))
         return kind, parts
 
-    # -- loops ----------------------------------------------------------------------
-
     def _loop(self, name: str, body: list[Element]) -> Loop:
         """A joint to a link that hangs elsewhere: frames on both sides, and a constraint."""
         kind, at = self.joints[name].get("type", ""), self._pose_of_joint(name)
@@ -333,9 +329,8 @@ class SdfElements:
             origin = at if link == "world" else self.placed[link].actInv(at)
             body.append(element("link", name=frame))
             body.append(_joint_element(f"{frame}_fixed", "fixed", link, frame, origin))
-        none = (0.0, 0.0, 0.0)
-        kind = _LOOPS.get(kind, "hinge")
-        return Loop(kind, name, f"{name}__child", f"{name}__parent", none, none)
+        ends, none = (f"{name}__child", f"{name}__parent"), (0.0, 0.0, 0.0)
+        return Loop(_LOOPS.get(kind, "hinge"), name, *ends, none, none)
 
     def _gearbox(self, name: str, joint_to: Mapping[str, str]) -> Loop:
         """theta_child = -ratio theta_parent, both against the reference body."""

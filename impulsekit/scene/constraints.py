@@ -23,9 +23,12 @@ from .numbers import (
     text,
 )
 
-HOLDS_NOTHING = "an anchor between them holds nothing"
-# Why the ends of what acts on a distance must be on two bodies.
-KEPT_ANYWAY = "their points keep their distance anyway"
+# Why both ends of an anchor, and of what acts on a distance, are on two bodies and in two frames.
+ANCHORED = ("an anchor between them holds nothing", "a frame cannot be anchored to itself")
+KEPT_ANYWAY = (
+    "their points keep their distance anyway",
+    "two points of one frame keep their distance anyway",
+)
 
 # The six directions of a frame, linear before angular.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -58,7 +61,7 @@ class PointAnchor(BetweenFrames):
         (0.0, 0.0, 0.0)
     """
 
-    section, within = "constraints", HOLDS_NOTHING
+    section, within, alone = "constraints", *ANCHORED
 
     frame: Name
     other: Name = "world"
@@ -68,7 +71,7 @@ class PointAnchor(BetweenFrames):
     name: Name | None = None
 
     def _check(self, what: str) -> None:
-        _check_ends(self, what)
+        super()._check(what)
         keep(self, what, velocity_of(3), "velocity")
 
 
@@ -101,7 +104,7 @@ class FrameAnchor(BetweenFrames):
         5
     """
 
-    section, within = "constraints", HOLDS_NOTHING
+    section, within, alone = "constraints", *ANCHORED
 
     frame: Name
     other: Name = "world"
@@ -113,7 +116,7 @@ class FrameAnchor(BetweenFrames):
     name: Name | None = None
 
     def _check(self, what: str) -> None:
-        _check_ends(self, what)
+        super()._check(what)
         given = _several(self.directions, f"{what}: directions")
         object.__setattr__(self, "directions", _directions(given, what))
         velocity = checked_velocity(self.velocity, len(self.directions), f"{what}: velocity")
@@ -146,7 +149,7 @@ class DistanceAnchor(BetweenFrames):
         (0.0,)
     """
 
-    section, within = "constraints", KEPT_ANYWAY
+    section, within, alone = "constraints", *KEPT_ANYWAY
 
     frame: Name
     other: Name = "world"
@@ -156,7 +159,7 @@ class DistanceAnchor(BetweenFrames):
     name: Name | None = None
 
     def _check(self, what: str) -> None:
-        check_distance_ends(self, what)
+        super()._check(what)
         keep(self, what, velocity_of(1), "velocity")
 
 
@@ -259,17 +262,6 @@ class JointCoupling(InJoint):
 def velocity_keeping_lock(joint: str) -> JointLock:
     """Return a lock that keeps the velocity of a joint, as stiff control does in an impact."""
     return JointLock(joint, velocity="kept", name=f"controlled {joint}")
-
-
-def _check_ends(anchor: PointAnchor | FrameAnchor, what: str) -> None:
-    if anchor.frame == anchor.other:
-        raise InputError(f"{what}: a frame cannot be anchored to itself")
-
-
-def check_distance_ends(entry: Any, what: str) -> None:
-    """Prove that two points whose distance counts are in two frames."""
-    if entry.frame == entry.other:
-        raise InputError(f"{what}: two points of one frame keep their distance anyway")
 
 
 def _directions(directions: tuple[Any, ...], what: str) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from .coefficients import (
     is_plain,
     keep_from_table,
 )
-from .constraints import KEPT_ANYWAY, check_distance_ends
+from .constraints import KEPT_ANYWAY
 from .entry import BetweenFrames, Entry, InJoint, check_two_bodies
 from .numbers import Name, NotNegative, Number, Positive, Vector, between
 
@@ -273,7 +273,7 @@ class Rope(BetweenFrames):
         'world'
     """
 
-    section, within = "contacts", KEPT_ANYWAY
+    section, within, alone = "contacts", *KEPT_ANYWAY
 
     frame: Name
     other: Name = "world"
@@ -283,9 +283,6 @@ class Rope(BetweenFrames):
     restitution: RestitutionLike = 0.0
     name: Name | None = None
     stiffness: Stiffness = None
-
-    def _check(self, what: str) -> None:
-        check_distance_ends(self, what)
 
 
 def adheres(entry: Any) -> bool:

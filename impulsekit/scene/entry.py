@@ -93,10 +93,15 @@ class BetweenFrames(Entry):
     """One that acts between two points, each in its frame."""
 
     wording = '{kind} of "{frame}" to "{other}"'
-    # Why both ends are to be on two bodies.
+    # Why both ends are to be on two bodies, and in two frames.
     within: ClassVar[str] = ""
+    alone: ClassVar[str] = ""
     frame: str
     other: str
+
+    def _check(self, what: str) -> None:
+        if self.frame == self.other:
+            raise InputError(f"{what}: {self.alone}")
 
     @property
     def frame_names(self) -> tuple[str, ...]:

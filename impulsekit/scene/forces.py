@@ -11,7 +11,7 @@ from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError, ShapeError
+from ..errors import ShapeError
 from ..robot import Robot
 from .entry import (
     BetweenFrames,
@@ -141,6 +141,7 @@ class Spring(BetweenFrames):
 
     section, wording = "forces", '{kind} from "{frame}" to "{other}"'
     within = "a spring between them moves nothing"
+    alone = "a spring within one frame moves nothing"
 
     frame: Name
     other: Name = "world"
@@ -151,10 +152,6 @@ class Spring(BetweenFrames):
     rest_length: NotNegative = 0.0
     acts: Way = "both"
     name: Name | None = None
-
-    def _check(self, what: str) -> None:
-        if self.frame == self.other:
-            raise InputError(f"{what}: a spring within one frame moves nothing")
 
 
 @dataclass(frozen=True)
