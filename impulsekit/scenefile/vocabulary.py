@@ -2,11 +2,10 @@
 
 How to add an entry kind:
 
-1. Write the frozen dataclass in ``scene/``. Its fields are the keys of the file, so they
-   are text, numbers, booleans, or tuples of these; ``Vector`` for three numbers, ``Any``
-   for numbers or text, one or several. A value that is wrong raises an ``InputError``
-   whose ``what`` ends in ``": field"``.
-2. Give ``Scene`` the list, and let it check an entry against the robot.
+1. Write the frozen dataclass in ``scene/``, an ``Entry``. Its fields are the keys of the file, so
+   they are text, numbers, booleans, or tuples of these; their types carry their checks
+   (``NotNegative``, ``Vector``, ``Name``), and ``_check`` has what no field has by itself.
+2. ``section`` names the list of ``Scene``; ``check_robot`` proves that an entry fits a robot.
 3. Add one line to ``SECTIONS``: ``kind = "joint_lock"`` in the file is the key of that
    dictionary. Keys, types, nearest names, reading and writing follow from the dataclass.
    What stands as a table within an entry goes to ``NESTED``.
