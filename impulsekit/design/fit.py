@@ -129,7 +129,7 @@ class _Problem:
         )
         if not self._parameters:
             raise InputError(
-                "fit_impacts: nothing is to be found; name contacts in restitution or friction, "
+                "fit_impacts: nothing to fit; name contacts in restitution or friction, "
                 "or joints in inertias"
             )
         self.names = tuple(parameter.name for parameter in self._parameters)

@@ -218,7 +218,7 @@ def force_parameters_of(scene: Scene, forces: Mapping[str, Sequence[str]]) -> li
             start = float(getattr(force, item))
             if not start > 0.0:
                 raise RangeError.of(
-                    f"fit_motion: {item} of {entry}", start, "above 0, as the size looked about"
+                    f"fit_motion: {item} of {entry}", start, "above 0; values around it are tried"
                 )
             index = FORCE_PARAMETERS.index(item)
             found.append(Parameter("force", entry, index, start, 0.0, np.inf, scale=start))

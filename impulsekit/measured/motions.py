@@ -175,15 +175,13 @@ def fit_motion(
     parameters = parameters_of(scene, restitution, friction, inertias or {})
     parameters += force_parameters_of(scene, forces or {})
     if not parameters:
-        raise InputError(
-            "fit_motion: nothing is to be found; name contacts in restitution or friction"
-        )
+        raise InputError("fit_motion: nothing to fit; name contacts in restitution or friction")
     apart = _evenly(len(several), held_out)
     fitted = [k for k in range(len(several)) if k not in apart]
     if len(fitted) < FEWEST_RECORDINGS:
         raise InputError(
             f"fit_motion: {len(fitted)} recordings to fit are too few, "
-            f"{FEWEST_RECORDINGS} is the least"
+            f"give {FEWEST_RECORDINGS} or more"
         )
     rollouts = Rollouts(several, scene, settings or QUICK, threads)
     search = _Search(scene, parameters, rollouts, fitted, seed, progress)

@@ -77,7 +77,7 @@ class Recording(OneLine):
         if t.ndim != 1:
             raise ShapeError.of("Recording: t", (t.size,), t.shape)
         if t.size == 0:
-            raise InputError("Recording: there is no instant in it, so nothing can be shown")
+            raise InputError("Recording: t holds no samples")
         if q.shape != (t.size, self.robot.nq):
             raise ShapeError.of("Recording: q", (t.size, self.robot.nq), q.shape)
         arrays = {"t": t, "q": q}
