@@ -1,8 +1,8 @@
 """The independent truth: Chang & Huston's method, equation by equation, in any precision.
 
-Nothing here knows Pinocchio. A URDF is read from its own text, the bodies' motion and the impact
-equations are those of the paper, and the numbers are doubles, long doubles or of as many digits
-as are asked for.
+Nothing here knows Pinocchio. yourdfpy reads the tree of a URDF, its numbers come from the text; the
+bodies' motion and the impact equations are those of the paper, and the numbers are doubles, long
+doubles or of as many digits as are asked for.
 
     urdf ─► tree ─► kinematics ─► kane ─► system, impact    the method of the paper
 
