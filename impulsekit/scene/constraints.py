@@ -193,10 +193,7 @@ class JointLock(InJoint):
 
     def check_robot(self, robot: Robot, where: str) -> None:
         """Prove that the robot has the joint, and the velocity its degrees of freedom."""
-        joint = robot.model.joints[robot.joint_id(self.joint, where)]
-        if isinstance(self.velocity, tuple) and len(self.velocity) != joint.nv:
-            what = f'{where}: velocity of joint "{self.joint}"'
-            raise ShapeError.of(what, (joint.nv,), (len(self.velocity),))
+        self.check_length(robot, where, self.velocity, "velocity of")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import InitVar, dataclass
 from dataclasses import field as a_field
 from typing import Annotated, Any
@@ -21,7 +20,7 @@ from .coefficients import (
 )
 from .constraints import KEPT_ANYWAY
 from .entry import BetweenFrames, Entry, InJoint, check_two_bodies
-from .numbers import Name, NotNegative, Number, Positive, Vector, between
+from .numbers import Name, NotNegative, Number, OfMotion, Positive, Vector, between
 
 # A direction whose length is this near to 1 is left as it is given: dividing would only round it.
 UNIT = 1e-15
@@ -94,7 +93,7 @@ class Contact(Entry):
     name: Name | None = None
     stiffness: Stiffness = None
     adhesion: NotNegative = 0.0
-    active: Callable[[Any, Any], float] | None = None
+    active: OfMotion | None = None
     rolling: NotNegative = 0.0
     torsion: NotNegative = 0.0
     holding_force: NotNegative = 0.0
@@ -108,8 +107,6 @@ class Contact(Entry):
     def _check(self, what: str) -> None:
         if self.frame == self.against:
             raise InputError(f"{what}: a frame does not touch itself")
-        if self.active is not None and not callable(self.active):
-            raise InputError(f"{what}: active must be a function of (q, v)")
         length = math.hypot(*self.normal)
         if length < SHORTEST_NORMAL:
             raise RangeError.of(f"{what}: length of normal", length, "above zero")

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, RangeError
+from ..errors import RangeError
 from .constraints import JointLock
 from .entry import InJoint
 from .functions import call, numbers_from
-from .numbers import Name
+from .numbers import Name, OfTime
 
 # A size to measure differences by where all values are 0.
 LEAST_SIZE = 1e-6
@@ -63,16 +63,12 @@ class Driven(InJoint):
     section = "constraints"
 
     joint: Name
-    position: Callable[[float], float]
-    velocity: Callable[[float], float] | None = None
-    acceleration: Callable[[float], float] | None = None
+    position: OfTime
+    velocity: OfTime | None = None
+    acceleration: OfTime | None = None
     name: Name | None = None
 
     def _check(self, what: str) -> None:
-        for field in ("position", "velocity", "acceleration"):
-            given = getattr(self, field)
-            if not callable(given) and (given is not None or field == "position"):
-                raise InputError(f"{what}: {field} must be a function of time")
         rates = Rates(self.position, f"{what}: position", 1)
         for field, order in (("velocity", 1), ("acceleration", 2)):
             given = getattr(self, field)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Annotated, Any, ClassVar
 
-from ..errors import InputError
+from ..errors import InputError, ShapeError
 from ..robot import Robot
 from ..robot.base import WORLD
 from .numbers import Check, keep, optional, text
@@ -127,6 +127,12 @@ class InJoint(Entry):
     def check_robot(self, robot: Robot, where: str) -> None:
         """Prove that a robot has the joint, with one degree of freedom."""
         check_one_degree(robot, self.joint, where, f"a {type(self).__name__}")
+
+    def check_length(self, robot: Robot, where: str, numbers: Any, what: str) -> None:
+        """Prove that a tuple of numbers has one for each degree of freedom of the joint."""
+        count = robot.model.joints[robot.joint_id(self.joint, where)].nv
+        if isinstance(numbers, tuple) and len(numbers) != count:
+            raise ShapeError.of(f'{where}: {what} joint "{self.joint}"', (count,), (len(numbers),))
 
 
 def check_two_bodies(robot: Robot, frames: Sequence[str], where: str, why: str) -> None:

@@ -11,7 +11,6 @@ from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
-from ..errors import ShapeError
 from ..robot import Robot
 from .entry import (
     BetweenFrames,
@@ -242,12 +241,9 @@ class Actuator(InJoint):
 
     def check_robot(self, robot: Robot, where: str) -> None:
         """Prove that the robot has the joint, and the torque its degrees of freedom."""
-        joint = robot.model.joints[robot.joint_id(self.joint, where)]
         if isinstance(self.torque, PD | TorqueTable):
             check_one_degree(robot, self.joint, where, f"a {type(self.torque).__name__}")
-        elif isinstance(self.torque, tuple) and len(self.torque) != joint.nv:
-            what = f'{where}: torque in joint "{self.joint}"'
-            raise ShapeError.of(what, (joint.nv,), (len(self.torque),))
+        self.check_length(robot, where, self.torque, "torque in")
 
 
 def _vector_or_function(value: Any, what: str) -> Any:

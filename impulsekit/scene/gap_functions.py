@@ -9,14 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 import pinocchio as pin
 
-from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError, a_thing
+from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError
 from ..robot import Robot
 from .coefficients import RestitutionLike, Stiffness
 from .constraints import velocity_of
 from .contacts import Tangential
 from .entry import Entry
 from .functions import numbers_from
-from .numbers import Name, NotNegative, Velocity, keep, number
+from .numbers import Name, NotNegative, OfMotion, OfState, Velocity, keep, number
 
 MOST_ROWS = 1000
 
@@ -66,15 +66,14 @@ class GapConstraint(_OfFunctions):
 
     section = "constraints"
 
-    g: Callable[[Any], Any]
-    gradient: Callable[[Any], Any] | None = None
-    bias: Callable[[Any, Any], Any] | None = None
+    g: OfState
+    gradient: OfState | None = None
+    bias: OfMotion | None = None
     rows: int = 1
     velocity: Velocity = 0.0
     name: Name | None = None
 
     def _check(self, what: str) -> None:
-        _check_functions(self, what, ("g",), ("gradient", "bias"))
         rows = number(self.rows, f"{what}: rows")
         if rows != int(rows) or not 1 <= rows <= MOST_ROWS:
             raise RangeError.of(f"{what}: rows", self.rows, f"1 to {MOST_ROWS}")
@@ -112,9 +111,9 @@ class GapContact(_OfFunctions):
 
     section = "contacts"
 
-    gap: Callable[[Any], Any]
-    normal: Callable[[Any], Any] | None = None
-    tangents: Callable[[Any], Any] | None = None
+    gap: OfState
+    normal: OfState | None = None
+    tangents: OfState | None = None
     restitution: RestitutionLike = 0.0
     friction: NotNegative = 0.0
     tangential_restitution: Tangential = 0.0
@@ -122,18 +121,8 @@ class GapContact(_OfFunctions):
     stiffness: Stiffness = None
 
     def _check(self, what: str) -> None:
-        _check_functions(self, what, ("gap",), ("normal", "tangents"))
         if self.friction and self.tangents is None:
             raise InputError(f"{what}: friction needs tangents, the rows of its slip")
-
-
-def _check_functions(
-    entry: Any, what: str, needed: tuple[str, ...], others: tuple[str, ...]
-) -> None:
-    for field in (*needed, *others):
-        given = getattr(entry, field)
-        if not callable(given) and (given is not None or field in needed):
-            raise InputError(f"{what}: {field} must be a function, got {a_thing(given)}")
 
 
 # How far configurations are moved for differences of fourth order [m, rad]: where these differ

@@ -103,10 +103,7 @@ class JointImpulse(InJoint):
 
     def check_robot(self, robot: Robot, where: str) -> None:
         """Prove that the robot has the joint, and the impulse its degrees of freedom."""
-        count = robot.model.joints[robot.joint_id(self.joint, where)].nv
-        if len(self.values) != count:
-            what = f'{where}: impulse in joint "{self.joint}"'
-            raise ShapeError.of(what, (count,), (len(self.values),))
+        self.check_length(robot, where, self.values, "impulse in")
 
     @property
     def values(self) -> tuple[float, ...]:

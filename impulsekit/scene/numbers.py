@@ -150,7 +150,17 @@ def choice(*allowed: str, separator: str = ", ") -> Check:
     return checked
 
 
+def function(value: Any, what: str) -> Any:
+    """Return a function."""
+    if not callable(value):
+        raise InputError(f"{what} must be a function, got {a_thing(value)}")
+    return value
+
+
 Name: TypeAlias = Annotated[str, text]
+OfTime: TypeAlias = Annotated[Callable[[float], Any], function]
+OfState: TypeAlias = Annotated[Callable[[Any], Any], function]
+OfMotion: TypeAlias = Annotated[Callable[[Any, Any], Any], function]
 Number: TypeAlias = Annotated[float, number]
 NotNegative: TypeAlias = Annotated[float, not_negative]
 Positive: TypeAlias = Annotated[float, positive]

@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 import numpy as np
 
 from ..display import Displayed, one_line
-from ..errors import InputError, RangeError, a_thing, quoted
+from ..errors import InputError, a_thing
 from ..robot import Robot
 from .law import Law
-from .numbers import Vector, keep, not_negative, text, vector
+from .numbers import Vector, choice, keep, not_negative, text, vector
 
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from .contacts import Collision
     from .entries import Constraint, ContactEntry, SceneEntries
     from .forces import Force
     from .impulses import AppliedImpulse, JointImpulse
@@ -109,7 +108,10 @@ class Scene(Displayed):
         for kind in (*_SECTIONS, "materials"):
             set_field(self, kind, _entries(getattr(self, kind), kind))
         if collisions is not None:
-            set_field(self, "contacts", (*self.contacts, *_all_collisions(self.robot, collisions)))
+            from .link_pairs import collisions as all_pairs
+
+            choice("all")(collisions, "Scene: collisions")
+            set_field(self, "contacts", (*self.contacts, *all_pairs(self.robot)))
         set_field(self, "controlled", _names(self.controlled, "controlled"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         if self.gap_bound != math.inf:
@@ -319,14 +321,6 @@ def _entries(value: Any, what: str) -> tuple[Any, ...]:
         return tuple(value)
     except TypeError:
         raise InputError(f"Scene: {what} must be a list, got {a_thing(value)}") from None
-
-
-def _all_collisions(robot: Robot, which: str) -> list[Collision]:
-    if which != "all":
-        raise RangeError.of("Scene: collisions", quoted(which), '"all"')
-    from .link_pairs import collisions
-
-    return collisions(robot)
 
 
 def _names(value: Any, what: str) -> tuple[str, ...]:
