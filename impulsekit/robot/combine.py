@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, ShapeError, UnknownNameError, a_thing, quoted, shown
-from .arrays import real_numbers
+from ..errors import InputError, ShapeError, UnknownNameError, a_thing, shown
+from .arrays import array_of, floats
+from .placing import rotation_matrix
 from .robot import Robot
 
 if TYPE_CHECKING:
@@ -121,26 +122,13 @@ def _restore(world: pin.Model, models: list[pin.Model]) -> None:
 
 
 def _placement(value: Any, name: str) -> pin.SE3:
-    if value is None:
-        return pin.SE3.Identity()
-    if isinstance(value, pin.SE3):
-        return value
-    try:
-        array = real_numbers(value)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(
-            f'placement of "{name}" must be a point (3,) or a matrix (4, 4), got {quoted(value)}'
-        ) from None
-    if array.shape not in ((3,), (4, 4)):
-        raise ShapeError.of(f'placement of "{name}"', (4, 4), array.shape, "or a point (3,)")
-    if not np.isfinite(array).all():
-        raise InputError(f'placement of "{name}" must be finite, got a NaN or an infinity')
+    if value is None or isinstance(value, pin.SE3):
+        return value or pin.SE3.Identity()
+    what = f'placement of "{name}"'
+    array = floats(value, what)
     if array.shape == (3,):
-        return pin.SE3(np.eye(3), array)
-    rotation = array[:3, :3]
-    if abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotation) < 0:
-        raise InputError(
-            f'placement of "{name}": its 3×3 part is not a rotation; its columns must be of '
-            "unit length, at right angles and right-handed"
-        )
-    return pin.SE3(array)
+        return pin.SE3(np.eye(3), array_of(array, (3,), what))
+    if array.shape != (4, 4):
+        raise ShapeError.of(what, (4, 4), array.shape, "or a point (3,)")
+    rotation_matrix("rotation", array[:3, :3], f"{what}: its 3×3 part", most=ORTHONORMAL)
+    return pin.SE3(array_of(array, (4, 4), what))

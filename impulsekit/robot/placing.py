@@ -220,7 +220,7 @@ def place(
         form = "xyzw" if np.shape(rotation) == (4,) else "rotation"
         turn = (
             target.rotation
-            @ _rotation(form, rotation, "place: rotation", unit=True)
+            @ rotation_matrix(form, rotation, "place: rotation", unit=True)
             @ posture.frame(frame).rotation.T
         )
         _turn_root(q, root, axes.T @ turn @ posture.joint(root_id).rotation, frame)
@@ -309,16 +309,21 @@ def pose(
         raise InputError(f"pose takes one rotation, got {' and '.join(forms)}")
     turn = np.eye(3)
     for name in forms:
-        turn = _rotation(name, given[name], f"pose: {name}")
+        turn = rotation_matrix(name, given[name], f"pose: {name}")
     return pin.SE3(turn, array_of(xyz, (3,), "pose: xyz"))
 
 
-def _rotation(form: str, value: Any, what: str, *, unit: bool = False) -> np.ndarray:
-    """(3, 3) of a rotation in one of the forms of ``pose``; ``unit``: of a unit quaternion."""
+def rotation_matrix(
+    form: str, value: Any, what: str, *, unit: bool = False, most: float = OFF_ROTATION
+) -> np.ndarray:
+    """Return (3, 3) of a rotation in one of the forms of ``pose``.
+
+    ``unit`` quaternions are proved to be so; ``most`` is how far a matrix may be off.
+    """
     if form == "rotation":
         turn = array_of(value, (3, 3), what)
         off = float(np.abs(turn @ turn.T - np.eye(3)).max())
-        if off > OFF_ROTATION or np.linalg.det(turn) < 0.0:
+        if off > most or np.linalg.det(turn) < 0.0:
             raise InputError(
                 f"{what} is no rotation matrix (R Rᵀ is off 1 by {off:.3g}, or it mirrors)"
             )

@@ -16,7 +16,7 @@ from ..errors import (
     ShapeError,
     StateError,
 )
-from .arrays import floats, no_numbers, real_numbers
+from .arrays import array_of, floats, no_numbers, real_numbers
 
 if TYPE_CHECKING:
     from .base import RobotBase
@@ -239,12 +239,7 @@ def _of_pose(joint: pin.JointModel, name: str, pose: pin.SE3) -> np.ndarray:
 
 def _numbers(value: Any, what: str) -> np.ndarray:
     entries = np.atleast_1d(floats(value, what))
-    if entries.ndim != 1:
-        raise ShapeError.of(what, (entries.size,), entries.shape)
-    if not np.isfinite(entries).all():
-        index = int(np.flatnonzero(~np.isfinite(entries))[0])
-        raise NotFiniteError.of(what, f"entry {index}", entries[index])
-    return entries
+    return array_of(entries, (entries.size,), what)
 
 
 def _vector(value: Any, size: int, what: str) -> np.ndarray:
