@@ -111,11 +111,16 @@ def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot 
         has = "neither is there" if table.urdf is None else "both are there"
         faults.add(f'{place}: give either urdf = "FILE" or example = "NAME"; {has}')
         return None
-    robot = _read(table, folder, place, faults)
-    if robot is None:
-        return None
-    step = "armature"
+    step = "urdf" if table.example is None else "example"
     try:
+        if table.example is not None:
+            robot = Robot.from_example(table.example, table.root, mimic=table.mimic)
+        else:
+            urdf, folders = table.urdf or "", [os.path.join(folder, x) for x in table.package_dirs]
+            if not urdf.lstrip().startswith("<"):
+                urdf = os.path.join(folder, urdf)
+            robot = Robot.from_urdf(urdf, table.root, mimic=table.mimic, package_dirs=folders)
+        step = "armature"
         if table.armature or table.gear:
             robot = robot.with_armature(table.armature, gear=table.gear)
         step = "bodies"
@@ -131,25 +136,6 @@ def _built(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot 
         faults.add(f"{place}.{step}: {error}")
         return None
     return robot
-
-
-def _read(table: RobotTable, folder: str, place: str, faults: Faults) -> Robot | None:
-    """The robot of a file or of an example, as it is there."""
-    try:
-        if table.example is not None:
-            return Robot.from_example(table.example, table.root, mimic=table.mimic)
-        urdf = table.urdf or ""
-        if not urdf.lstrip().startswith("<"):
-            urdf = os.path.join(folder, urdf)
-        return Robot.from_urdf(
-            urdf,
-            table.root,
-            mimic=table.mimic,
-            package_dirs=[os.path.join(folder, one) for one in table.package_dirs],
-        )
-    except ImpulsekitError as error:
-        faults.add(f"{place}.{'urdf' if table.example is None else 'example'}: {error}")
-        return None
 
 
 def _placement(table: PlacementTable, place: str, faults: Faults) -> pin.SE3 | np.ndarray:
