@@ -88,7 +88,7 @@ class RobotBase(Displayed):
 
     @cached_property
     def _srdfs(self) -> tuple[tuple[str, Srdf], ...]:
-        """What the SRDF of each part that has one says, behind the part's prefix."""
+        """The SRDF of each part that has one, behind the part's prefix."""
         from .urdf import read_srdf
 
         return tuple((part.prefix, read_srdf(part.srdf)) for part in self.parts if part.srdf)
@@ -116,7 +116,7 @@ class RobotBase(Displayed):
 
     @cached_property
     def is_always_regular(self) -> bool:
-        """Whether every joint moves inertia of its own: M is then regular at every configuration.
+        """True where every joint moves inertia of its own, so that M is regular everywhere.
 
         Joints that borrow inertia from what hangs on them are not decided so: see
         ``massless_joints``.

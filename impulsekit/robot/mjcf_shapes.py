@@ -310,7 +310,7 @@ def set_mujoco_state(data: Any, q: ArrayLike, v: ArrayLike) -> None:
 
 
 def _turns(mj: Any) -> Iterator[tuple[slice, slice | None]]:
-    """Of free and ball joints the quaternion in qpos, and the velocity in world axes in qvel."""
+    """Yield by free or ball joint its quaternion in qpos, its velocity in world axes in qvel."""
     for kind, first, speed in zip(mj.jnt_type, mj.jnt_qposadr, mj.jnt_dofadr, strict=True):
         if kind == _FREE:
             yield slice(first + 3, first + 7), slice(speed, speed + 3)

@@ -68,7 +68,7 @@ class RobotStates(RobotBase):
         return found
 
     def _takes(self, joint: str, count: int) -> bool:
-        """Whether the robot has such a joint: a pose may set one of another root."""
+        """Return whether the robot has such a joint: a pose may set one of another root."""
         joint_id = self._joint_ids.get(joint)
         return joint_id is not None and count in (1, self.model.nqs[joint_id])
 
@@ -237,7 +237,7 @@ class RobotStates(RobotBase):
 
 
 def _gap(shape: Any, place: pin.SE3, plane: Any) -> float:
-    """How far a piece of geometry at a place is above a half-space [m], negative below."""
+    """Return how far a piece of geometry is above a half-space [m], negative below."""
     import coal
 
     if isinstance(shape, coal.BVHModelBase):

@@ -238,7 +238,7 @@ def expanded(text: str, path: str | None) -> str:
 
 @dataclass(frozen=True)
 class Srdf:
-    """What an SRDF, which MoveIt writes beside a URDF, says of a robot.
+    """An SRDF, which MoveIt writes beside a URDF.
 
     Attributes:
         disabled: pairs of links whose collisions are disabled.

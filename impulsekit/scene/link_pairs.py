@@ -124,7 +124,7 @@ def collisions(
 
 
 def _bodies(robot: Robot) -> tuple[list[_Body], list[str]]:
-    """What has geometry, in the order of the links; and the links with mass that have none."""
+    """The bodies with geometry, in the order of the links; and links with mass that have none."""
     model, objects = robot.model, robot.collision_model.geometryObjects
     with_geometry = {item.parentFrame for item in objects}
     found: list[_Body] = []
