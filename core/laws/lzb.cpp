@@ -3,17 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dop853.hpp"
 #include "laws/cones.hpp"
 #include "laws/dense.hpp"
 #include "laws/tolerances.hpp"
+#include "steps/stepper.hpp"
 
 namespace impulsekit {
 namespace {
 
 constexpr int kMostSteps = 4000, kMostChanges = 400;
 // Error of a step, in units in which velocities and mobilities are of size 1.
-constexpr double kError = 1e-13;
+constexpr double kError = 1e-12;
+// The longest step, and how near to a change its polynomial leads, in parts of the step.
+constexpr double kLongest = 1e3, kNearly = 1e-6;
 // A change of what a contact does is found to this.
 constexpr double kCrossed = 1e-13;
 // Slip below this keeps the direction in which it began or ends.
@@ -267,38 +269,6 @@ class Waves {
         return INFINITY;
     }
 
-    // One step of h from y_ to `next`; its error in units of the tolerance.
-    double step(double h, std::vector<double>& next) {
-        namespace d = dop853;
-        std::vector<double> trial(size_);
-        stages_.resize((d::stages + 1) * size_);
-        double* k = stages_.data();
-        for (int i = 0; i < d::stages; ++i) {
-            trial = y_;
-            for (int j = 0; j < i; ++j)
-                if (d::a[i][j] != 0.0)
-                    for (int q = 0; q < size_; ++q) trial[q] += h * d::a[i][j] * k[j * size_ + q];
-            rates(trial.data(), k + i * size_);
-        }
-        next = y_;
-        for (int j = 0; j < d::stages; ++j)
-            for (int q = 0; q < size_; ++q) next[q] += h * d::b[j] * k[j * size_ + q];
-        rates(next.data(), k + d::stages * size_);
-        double five = 0.0, three = 0.0;
-        for (int q = 0; q < size_; ++q) {
-            double e5 = 0.0, e3 = 0.0;
-            for (int j = 0; j <= d::stages; ++j) {
-                e5 += d::error5[j] * k[j * size_ + q];
-                e3 += d::error3[j] * k[j * size_ + q];
-            }
-            double unit = kError * (1.0 + std::abs(next[q]));
-            five += e5 * e5 / (unit * unit);
-            three += e3 * e3 / (unit * unit);
-        }
-        if (five == 0.0 && three == 0.0) return 0.0;
-        return std::abs(h) * five / std::sqrt((five + 0.01 * three) * size_);
-    }
-
     // The first contact and kind of change that is past at `next`; −1 where none is.
     int first_change(const std::vector<double>& next) {
         for (int i = 0; i < n_; ++i)
@@ -308,45 +278,66 @@ class Waves {
     }
 
     void run() {
-        double h = 1e-3;
-        std::vector<double> next;
-        int rejected = 0, changes = 0;
+        const Stepper::Rate f = [this](double, const double* y, double* dy) {
+            rates(y, dy);
+            return true;
+        };
+        const auto as_it_is = [](double*) {};
+        Stepper stepper(Method::dop853, 0, size_, {kError, kError}, 0.0);
+        stepper.next = 1e-3;
+        std::vector<double> next, rate(size_);
+        double t = 0.0;
+        int changes = 0;
         for (steps_ = 0; steps_ < kMostSteps; ++steps_) {
-            rates(y_.data(), nullptr);
+            rates(y_.data(), rate.data());
             if (is_over()) return;
             for (int i = 0; i < n_; ++i)
                 if (tangent_[i] == Tangent::slips) remember_direction(i);
-            double error = step(h, next);
-            if (!(error <= 1.0)) {
-                h *= std::isfinite(error) ? std::max(0.2, 0.9 * std::pow(error, -0.125)) : 0.2;
-                if (++rejected > 200) break;
-                continue;
-            }
-            rejected = 0;
-            double grown = error > 0.0 ? std::min(5.0, 0.9 * std::pow(error, -0.125)) : 5.0;
-            int change = first_change(next);
-            if (change >= 0) {
+            Step step;
+            next = y_;
+            if (!stepper.step(f, as_it_is, t, next.data(), rate.data(), kLongest, step)) break;
+            if (is_past(next)) {
                 if (++changes > kMostChanges) break;
-                shorten(h, next);
+                shorten(stepper, f, step, next);
+                stepper.restart();
+                stepper.next = std::max(step.end - step.start, 1e-6);
             }
             y_ = next;
-            h = change >= 0 ? std::max(h, 1e-6) : h * grown;
-            h = std::min(h, 1e3);
+            t = step.end;
             settle();
         }
         status_ = Status::not_converged;
     }
 
-    // The step to the first change in it, by bisection on the step itself.
-    void shorten(double& h, std::vector<double>& next) {
-        double low = 0.0, high = h;
-        for (int count = 0; count < 60 && high - low > 1e-15 * high; ++count) {
-            double middle = 0.5 * (low + high);
-            step(middle, next);
-            (first_change(next) >= 0 ? high : low) = middle;
+    bool is_past(const std::vector<double>& y) {
+        rates(y.data(), nullptr);
+        return first_change(y) >= 0;
+    }
+
+    // The step to the first change in it, by bisection: on its polynomial, then on itself.
+    void shorten(Stepper& stepper, const Stepper::Rate& f, Step& step, std::vector<double>& next) {
+        double low = step.start, high = step.end;
+        const double length = high - low;
+        while (high - low > kNearly * length) {
+            const double middle = 0.5 * (low + high);
+            step.at(middle, next.data());
+            (is_past(next) ? high : low) = middle;
         }
-        h = high;
-        step(h, next);
+        low = std::max(low - kNearly * length, step.start);
+        high = std::min(high + kNearly * length, step.end);
+        Step cut;
+        const auto past = [&](double end) {
+            if (!stepper.shortened(f, step, end, cut)) return true;
+            cut.at(end, next.data());
+            return is_past(next);
+        };
+        if (!past(high)) low = high, high = step.end;
+        for (int count = 0; count < 60 && high - low > 1e-15 * length; ++count) {
+            const double middle = 0.5 * (low + high);
+            (past(middle) ? high : low) = middle;
+        }
+        past(high);
+        step.end = high;
     }
 
     // What contacts go over to, at the end of a step.
@@ -510,7 +501,7 @@ class Waves {
     const ContactProblem& p_;
     const int n_, rows_, size_;
     const double exponent_;
-    std::vector<double> W_, free_, y_, u_, force_, kappa_, way_, stages_;
+    std::vector<double> W_, free_, y_, u_, force_, kappa_, way_;
     std::vector<Normal> normal_;
     std::vector<Tangent> tangent_;
     double speed_ = 0.0, mobility_ = 0.0, approach_ = 0.0;

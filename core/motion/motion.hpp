@@ -10,7 +10,7 @@
 #include "coefficients.hpp"
 #include "impact.hpp"
 #include "motion/dynamics.hpp"
-#include "motion/stepper.hpp"
+#include "steps/stepper.hpp"
 
 namespace impulsekit {
 

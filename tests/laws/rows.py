@@ -8,17 +8,15 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-import pytest
 
 import impulsekit as ik
 
 __all__ = [
-    "GIVES_UP", "block", "box_rows", "in_own_rows", "rod", "solved", "solved_rows",
+    "block", "box_rows", "in_own_rows", "rod", "solved", "solved_rows",
     "sphere", "turned",
 ]  # fmt: skip
 
 # What the solver does not do yet.
-GIVES_UP = pytest.mark.xfail(strict=True, reason="the solver tells that it has not converged")
 
 
 @cache

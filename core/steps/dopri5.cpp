@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "motion/stepper.hpp"
+#include "steps/stepper.hpp"
 
 namespace impulsekit {
 namespace {

@@ -1,9 +1,9 @@
-#include "motion/stepper.hpp"
+#include "steps/stepper.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "dop853.hpp"
+#include "steps/dop853.hpp"
 
 namespace impulsekit {
 namespace {

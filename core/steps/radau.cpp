@@ -5,7 +5,7 @@
 
 #include "arena.hpp"
 #include "laws/dense.hpp"
-#include "motion/stepper.hpp"
+#include "steps/stepper.hpp"
 
 namespace impulsekit {
 namespace {
