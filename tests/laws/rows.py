@@ -16,8 +16,6 @@ __all__ = [
     "sphere", "turned",
 ]  # fmt: skip
 
-# What the solver does not do yet.
-
 
 @cache
 def slides(count: int) -> ik.Robot:
