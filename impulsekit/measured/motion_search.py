@@ -140,7 +140,7 @@ TAIL = 0.025
 # Residuals [m, rad] are over at least this.
 LEAST = 1e-12
 # Residuals, in deviations, where motions have impacts or do not come to their ends.
-FAR = 1e6
+OUT_OF_REACH = 1e6
 
 
 def smooth_fit(
@@ -205,7 +205,7 @@ class _Smooth:
     def begin(self, z: np.ndarray) -> bool:
         """Take the deviations of the residuals from those at a start; False if it has none."""
         first = self.residuals(z).reshape(-1, self._model.nv)
-        if (first == FAR).all():
+        if (first == OUT_OF_REACH).all():
             return False
         self._scale = np.maximum(np.median(np.abs(first), axis=0) / MEDIAN_TO_SIGMA, LEAST)
         return True
@@ -222,7 +222,7 @@ class _Smooth:
         rows = self._rollouts.rows(self._scene_of(z[:count]), self._which, starts=starts)
         for k, row in zip(self._which, rows, strict=True):
             if row.status is not MotionStatus.FINISHED or len(row.impacts["time"]):
-                return np.full(self._ends[-1], FAR)
+                return np.full(self._ends[-1], OUT_OF_REACH)
             pairs = zip(self._rollouts.recordings[k].q, row.q, strict=True)
             off = np.array([pin.difference(self._model, a, b) for a, b in pairs])
             found.append((off / self._scale).ravel())
