@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from decimal import Decimal
 from typing import Any
 
 # A line longer than this wraps in a terminal several times over.
@@ -184,6 +183,8 @@ def paper_decimals(value: float, scale: float = 0.0) -> str:
         return f"{value:.6g}"
     if abs(value) <= ROUNDING * scale or value == 0.0:
         return "0"
+    from decimal import Decimal
+
     first_digit = Decimal(f"{value:.0e}")
     if abs(first_digit) >= Decimal("0.001"):
         return f"{value:.3f}"

@@ -16,11 +16,9 @@ from ..errors import AssumptionWarning, ImpulsekitError, SetupWarning, shown
 from ..files import reason_of
 from .batch import batch
 from .common import BAD_INPUT, INTERRUPTED, OWN_FAULT
-from .design import design, fit
+from .design import design, fit, identify
 from .doctor import doctor
-from .identify import identify
-from .init import init
-from .robots import inspect, robots
+from .robots import init, inspect, robots
 from .simulate import replay, simulate
 from .solve import solve
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -23,7 +23,9 @@ from ..tolerances import NONZERO
 from .arrays import lock
 from .model_checks import check_capacity
 from .source import RobotPart, tensor_of
-from .urdf import LinkInertial, read_urdf
+
+if TYPE_CHECKING:
+    from .urdf import LinkInertial
 
 
 def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
@@ -269,6 +271,8 @@ class Link:
 
 def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
     """Return all links of a model, in the order of its frames."""
+    from .urdf import read_urdf
+
     inertials: dict[str, LinkInertial] = {}
     for part in parts:
         if part.urdf is not None:

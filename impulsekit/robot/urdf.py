@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import io
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -225,6 +224,8 @@ def expanded(text: str, path: str | None) -> str:
         with redirect_stdout(output), redirect_stderr(output):
             if path is not None:
                 return xacro.process_file(path).toxml()
+            import tempfile
+
             with tempfile.TemporaryDirectory() as folder:
                 own = os.path.join(folder, "robot.xacro")
                 with open(own, "w", encoding="utf-8") as file:
