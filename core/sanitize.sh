@@ -8,7 +8,6 @@ python=${1:-python3}
 cmake -S "$here" -B "$here/../build/sanitized" -DPython_EXECUTABLE="$(command -v "$python")" \
       -DIMPULSEKIT_SANITIZE=ON >/dev/null
 cmake --build "$here/../build/sanitized" -j 2
-rm -f "$here"/../impulsekit/_core_*.so
 libraries=$(for name in asan ubsan stdc++; do "${CXX:-g++}" -print-file-name=lib$name.so; done)
 cd "$here/.."
 # Python itself frees little at its end: leaks are not looked for.

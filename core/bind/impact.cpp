@@ -41,7 +41,7 @@ void bind_impact(nb::module_& module) {
     using S = ImpactSolution;
     // Arrays own their copies: nothing refers to the solution.
     constexpr auto kCopy = nb::rv_policy::automatic;
-    nb::class_<S>(module, "ImpactSolution", "What an impact did, in generalized coordinates.")
+    nb::class_<S>(module, "ImpactSolution", "The result of an impact, in generalized coordinates.")
         .def_prop_ro(
             "dv", [](const S& s) { return array_of(s.dv); }, kCopy)
         .def_prop_ro(
@@ -90,7 +90,7 @@ void bind_impact(nb::module_& module) {
             [](const SceneImpact& s) {
                 return s.rows.without_line >= 0 || s.rows.without_ellipse >= 0;
             },
-            "Whether nothing was solved: a line or an ellipse has no direction here.");
+            "True if nothing was solved: a line or an ellipse has no direction here.");
     module.def(
         "solve_scene",
         [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,

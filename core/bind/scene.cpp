@@ -302,7 +302,7 @@ void bind_scene(nb::module_& module) {
             nb::rv_policy::move)
         .def_ro("without_line", &StateRows::without_line)
         .def_ro("without_ellipse", &StateRows::without_ellipse);
-    nb::class_<GivenScene>(module, "Scene", "What holds and touches a robot.")
+    nb::class_<GivenScene>(module, "Scene", "The constraints and contacts of a robot.")
         .def(nb::init<const Model&>(), nb::arg("model"))
         .def("hold_pair", &hold_pair, nb::arg("first"), nb::arg("other"), nb::arg("coincides"),
              nb::arg("carrier"), nb::arg("axes"), nb::arg("select"))

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMostSteps = 4000, kMostChanges = 400;
 // Error of a step, in units in which velocities and mobilities are of size 1.
-constexpr double kError = 1e-12;
+constexpr double kError = 1e-13;
 // The longest step, and how near to a change its polynomial leads, in parts of the step.
 constexpr double kLongest = 1e3, kNearly = 1e-6;
 // A change of what a contact does is found to this.

@@ -331,9 +331,9 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.W = W;
     p.b = free;
     p.reach = reach;
+    p.way = way;
     p.turning_of = turning_points.data();
     p.bound = bound;
-    p.way = way;
     double *force = scratch().take(rows_), *rates = scratch().take(rows_);
     if (!solve_rest(p, pressed, force, rates)) return Trouble::rest_not_solved;
     for (int i = 0; i < n; ++i) {

@@ -29,8 +29,8 @@ constexpr double kDense[kStages] = {-12715105075.0 / 11282082432.0,  0.0,
 }  // namespace
 
 // A step of length h from y, whose rate stands in k_, to end_; its error over what is allowed.
-double Stepper::light(const Rate& f, const std::function<void(double*)>& settle, double t,
-                      const double* y, double h, Step& found) {
+double Stepper::dopri5(const Rate& f, const std::function<void(double*)>& settle, double t,
+                       const double* y, double h, Step& found) {
     for (int s = 1; s < kStages; ++s) {
         double* to = s == kStages - 1 ? end_.data() : trial_.data();
         for (int j = 0; j < n_; ++j) {

@@ -74,22 +74,24 @@ void Stepper::differentiate(const Rate& f, double t, const double* y, const doub
 bool Stepper::collocate(const Rate& f, double t, const double* y, double h, double* Z) {
     Arena::Scope scope(scratch());
     const int n = n_, m = 2 * n;
-    double *real = scratch().take(n * n), *pair = scratch().take(m * m), *F = scratch().take(3 * n),
-           *left = scratch().take(3 * n), *at = scratch().take(n);
-    int *pivot = scratch().take_int(n), *pivots = scratch().take_int(m);
+    double *pair = scratch().take(m * m), *F = scratch().take(3 * n), *left = scratch().take(3 * n),
+           *at = scratch().take(n);
+    int* pivots = scratch().take_int(m);
+    real_.resize(n * n);
+    pivot_.resize(n);
     for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) {
             const double own = -J_[i * n + j];
-            real[i * n + j] = own;
+            real_[i * n + j] = own;
             pair[i * m + j] = pair[(n + i) * m + n + j] = own;
         }
-        real[i * n + i] += kReal / h;
+        real_[i * n + i] += kReal / h;
         pair[i * m + i] += kAlpha / h;
         pair[(n + i) * m + n + i] += kAlpha / h;
         pair[i * m + n + i] = kBeta / h;
         pair[(n + i) * m + i] = -kBeta / h;
     }
-    if (!factor_lu(real, n, pivot) || !factor_lu(pair, m, pivots)) return false;
+    if (!factor_lu(real_.data(), n, pivot_.data()) || !factor_lu(pair, m, pivots)) return false;
     const auto turn = [&](const double (&by)[3][3], const double* x, double* to) {
         for (int a = 0; a < 3; ++a)
             for (int j = 0; j < n; ++j)
@@ -107,7 +109,7 @@ bool Stepper::collocate(const Rate& f, double t, const double* y, double h, doub
         turn(kInverse, Z, left);
         for (int i = 0; i < 3 * n; ++i) F[i] -= left[i] / h;
         turn(kToAxes, F, left);
-        solve_lu(real, pivot, n, left);
+        solve_lu(real_.data(), pivot_.data(), n, left);
         solve_lu(pair, pivots, m, left + n);
         turn(kFromAxes, left, F);
         double size = 0.0;
@@ -157,8 +159,7 @@ void Stepper::keep_cubic(double t, const double* y, double h, const double* Z, S
 bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& settle, double t,
                        double* y, double* rate, double longest, Step& found) {
     Arena::Scope scope(scratch());
-    double *Z = scratch().take(3 * n_), *real = scratch().take(n_ * n_), *off = scratch().take(n_);
-    int* pivot = scratch().take_int(n_);
+    double *Z = scratch().take(3 * n_), *off = scratch().take(n_);
     bool is_fresh = !keeps_J_;
     if (is_fresh) differentiate(f, t, y, rate);
     double h = std::min(next, longest);
@@ -173,21 +174,17 @@ bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& settle
             found_any = collocate(f, t, y, h, Z);
         }
         if (found_any) {
-            for (int i = 0; i < n_ * n_; ++i)
-                real[i] = (i % (n_ + 1) == 0 ? kReal / h : 0.0) - J_[i];
-            if (factor_lu(real, n_, pivot)) {
-                for (int j = 0; j < n_; ++j) {
-                    off[j] = rate[j];
-                    for (int a = 0; a < 3; ++a) off[j] += kError[a] * Z[a * n_ + j] / h;
-                }
-                solve_lu(real, pivot, n_, off);
-                size = 0.0;
-                for (int j = 0; j < n_; ++j) {
-                    const double part = off[j] / allowed(j, y[j], y[j] + Z[2 * n_ + j]);
-                    size += part * part / n_;
-                }
-                size = std::sqrt(size);
+            for (int j = 0; j < n_; ++j) {
+                off[j] = rate[j];
+                for (int a = 0; a < 3; ++a) off[j] += kError[a] * Z[a * n_ + j] / h;
             }
+            solve_lu(real_.data(), pivot_.data(), n_, off);
+            size = 0.0;
+            for (int j = 0; j < n_; ++j) {
+                const double part = off[j] / allowed(j, y[j], y[j] + Z[2 * n_ + j]);
+                size += part * part / n_;
+            }
+            size = std::sqrt(size);
         }
         if (size <= 1.0) {
             for (int j = 0; j < n_; ++j) end_[j] = y[j] + Z[2 * n_ + j];

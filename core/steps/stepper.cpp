@@ -130,7 +130,7 @@ void Stepper::note_stiffness(double h) {
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || stiff_ >= kStiff;
-    light_ = false;
+    is_dopri5_ = false;
     if (implicit_) return implicit(f, settle, t, y, rate, longest, found);
     if (method_ != Method::dop853) return fixed(f, settle, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
@@ -138,11 +138,11 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
     // What is left behind a step is no crumb.
     if (h < longest && 1.01 * h >= longest) h = longest;
     if (longest < reach_ * next && longest > shortest_step(t)) {
-        const double size = light(f, settle, t, y, longest, found);
+        const double size = dopri5(f, settle, t, y, longest, found);
         const double factor = std::min(kMost, std::max(kLeast, kSafety * std::pow(size, -0.2)));
         reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
-        light_ = size <= 1.0;
-        if (light_) {
+        is_dopri5_ = size <= 1.0;
+        if (is_dopri5_) {
             std::copy(end_.begin(), end_.end(), y);
             std::copy(k_.begin() + 6 * n_, k_.begin() + 7 * n_, rate);
             ++steps;
@@ -194,9 +194,9 @@ bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& foun
         found.end = end;
         return true;
     }
-    if (light_)
+    if (is_dopri5_)
         return f(whole.begin, y, k_.data()) &&
-               light(f, [](double*) {}, whole.begin, y, h, found) < INFINITY;
+               dopri5(f, [](double*) {}, whole.begin, y, h, found) < INFINITY;
     if (!f(whole.begin, y, k_.data()) || !stages(f, whole.begin, y, h, end_.data())) return false;
     if (!f(end, end_.data(), k_.data() + dop853::stages * n_)) return false;
     return dense(f, whole.begin, y, h, end_.data(), found);

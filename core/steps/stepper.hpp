@@ -56,7 +56,7 @@ class Stepper {
         last_ = Step();
     }
     // Whether the last rate of the last step was that of its end.
-    bool ended_last() const { return implicit_ || light_; }
+    bool ended_last() const { return implicit_ || is_dopri5_; }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 
@@ -74,8 +74,8 @@ class Stepper {
                                             : std::max(std::abs(before), std::abs(after));
         return accuracy_.atol + accuracy_.rtol * size;
     }
-    double light(const Rate& f, const std::function<void(double*)>& settle, double t,
-                 const double* y, double h, Step& found);
+    double dopri5(const Rate& f, const std::function<void(double*)>& settle, double t,
+                  const double* y, double h, Step& found);
     void note_stiffness(double h);
     bool implicit(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
                   double* rate, double longest, Step& found);
@@ -92,12 +92,13 @@ class Stepper {
     double fixed_length_;
     int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
     bool implicit_ = false;     // whether the last step was Radau's
-    bool light_ = false;        // whether it was of order 5
+    bool is_dopri5_ = false;    // whether it was of order 5, by dopri5
     double reach_ = 0.0;        // how far steps of order 5 go beside those of order 8
     bool keeps_J_ = false;      // whether J_ will do for another step
     double fastest_ = 0.0;      // the largest |λ| of J_ [1/s]
     Step last_;                 // the last implicit step
-    std::vector<double> k_, trial_, end_, J_;
+    std::vector<double> k_, trial_, end_, J_, real_;  // real_: γ/h − J_, factored
+    std::vector<int> pivot_;
 };
 
 }  // namespace impulsekit

@@ -71,7 +71,7 @@ COORDINATES = {
     "spherical": (".qx", ".qy", ".qz", ".qw"),
     "floating": (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw"),
 }
-"""What a joint's name is followed by in the names of its coordinates, by kind."""
+"""The endings of a joint's coordinate names, by kind."""
 
 SPEEDS = {
     "fixed": (),
@@ -82,10 +82,10 @@ SPEEDS = {
     "spherical": (".wx", ".wy", ".wz"),
     "floating": (".vx", ".vy", ".vz", ".wx", ".wy", ".wz"),
 }
-"""What a joint's name is followed by in the names of its generalized speeds, by kind."""
+"""The endings of a joint's generalized speed names, by kind."""
 
 UNIT_TOLERANCE = 1e-9
-"""How far from length one a quaternion, or a cosine and sine, may be given."""
+"""The largest deviation from unit length of a given quaternion, or cosine and sine."""
 
 
 @dataclass(frozen=True, eq=False)
