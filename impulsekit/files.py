@@ -8,13 +8,19 @@ that stood there stays as it was.
 from __future__ import annotations
 
 import contextlib
+import math
 import os
+import pathlib
 import secrets
 import stat
+import zipfile
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from .errors import FileError, InputError, a_thing, shown
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _REASONS: dict[type[OSError], str] = {
     FileNotFoundError: "there is no such file",
@@ -31,6 +37,8 @@ _KINDS = (
 )
 # Of files that describe robots and scenes [bytes]; one of a robot with 10 000 links has 10 MB.
 LARGEST_TEXT = 100_000_000
+# Deflate packs at most so many bytes into one.
+MOST_PACKED = 1032
 # Characters of a file's name that its temporary name keeps: names end at 255 bytes.
 _KEPT_OF_NAME = 40
 
@@ -104,6 +112,61 @@ def read_text_file(path: str | os.PathLike[str]) -> bytes:
     if len(content) > LARGEST_TEXT:
         raise OSError(None, f"it is larger than {LARGEST_TEXT // 1_000_000} MB")
     return content
+
+
+def read_npz(stream: BinaryIO) -> dict[str, np.ndarray]:
+    """Return the arrays of an npz file; no more memory is taken than the file can fill.
+
+    Raises:
+        ValueError: it is no npz file of plain arrays, is damaged, promises more than it holds, or
+            does not fit into memory; the sentence says which.
+    """
+    size = stream.seek(0, os.SEEK_END)
+    if not zipfile.is_zipfile(stream):
+        raise ValueError("it is no npz file")
+    try:
+        with zipfile.ZipFile(stream) as archive:
+            members = archive.infolist()
+            promised = sum(member.file_size for member in members)
+            if promised > MOST_PACKED * size:
+                raise ValueError(f"it promises {promised / 1e9:.3g} GB and cannot hold them")
+            if promised > free_memory():
+                raise ValueError(f"it needs {promised / 1e9:.3g} GB of memory, which is not free")
+            return {one.filename.removesuffix(".npy"): _array(archive, one) for one in members}
+    except ValueError:
+        raise
+    # What zipfile, zlib and numpy raise on a damaged file: CRC, header, encoding, end of file.
+    except Exception as error:
+        raise ValueError(str(error)) from error
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
+    """An array of an npz file, whose header is compared with the bytes that follow it."""
+    from numpy.lib import format as form
+
+    with archive.open(member) as file:
+        old = form.read_magic(file) == (1, 0)
+        header = form.read_array_header_1_0 if old else form.read_array_header_2_0
+        shape, _, dtype = header(file)
+        promised, held = math.prod(shape) * dtype.itemsize, member.file_size - file.tell()
+        if promised != held and not dtype.hasobject:
+            raise ValueError(f'"{member.filename}" promises {promised} bytes and holds {held}')
+    with archive.open(member) as file:
+        return form.read_array(file, allow_pickle=False)
+
+
+def free_memory() -> float:
+    """Return how many bytes are free, or can be made so; infinite where nothing tells."""
+    try:
+        for line in pathlib.Path("/proc/meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * float(line.split()[1])
+    except (OSError, ValueError, IndexError):
+        pass
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")
 
 
 def _refuse_special(mode: int) -> None:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import resource
 import signal
 import stat
+import zipfile
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import impulsekit as ik
 from impulsekit.cli import main
-from impulsekit.errors import FileError, ImpulsekitError
+from impulsekit.errors import FileError, ImpulsekitError, InputError
 from impulsekit.files import (
     open_plain_file,
+    read_npz,
     replaced_file,
     write_file,
 )
@@ -169,3 +173,30 @@ def test_an_error_while_writing_leaves_the_old_file(tmp_path, error):
         raise error
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_an_npz_header_is_not_believed(tmp_path):
+    """20 GB promised by 200 bytes: the header of an array, or the directory of the archive."""
+    held = np.zeros(3)
+    whole, header = io.BytesIO(), io.BytesIO()
+    np.save(whole, held)
+    content = whole.getvalue()
+    np.lib.format.write_array_header_1_0(
+        header, {"descr": "<f8", "fortran_order": False, "shape": (2_500_000_000,)}
+    )
+    for bytes_ in (header.getvalue() + held.tobytes(), content + b"\0"):
+        path = tmp_path / "a.npz"
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("t.npy", bytes_)
+        with path.open("rb") as file, pytest.raises(ValueError, match=r"promises \d+ bytes"):
+            read_npz(file)
+        with pytest.raises(InputError, match=r"a\.npz.*promises"):
+            ik.Trajectory.load(path)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("t.npy", content)
+    with path.open("rb") as file:
+        np.testing.assert_array_equal(read_npz(file)["t"], held)
+    size = len(content).to_bytes(4, "little")
+    path.write_bytes(path.read_bytes().replace(size, (2_000_000_000).to_bytes(4, "little")))
+    with path.open("rb") as file, pytest.raises(ValueError, match="promises 2 GB"):
+        read_npz(file)

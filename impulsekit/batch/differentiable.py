@@ -15,6 +15,7 @@ import numpy as np
 from .._core import slopes_by_entries, unit_parts
 from ..errors import InputError
 from .derivatives import VARIED, derivatives_batch, vjp
+from .inputs import batch_inputs
 from .program import program_of
 
 if TYPE_CHECKING:
@@ -78,7 +79,9 @@ class Differentiable:
     def solve(self, arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """(B, nv) v⁺, NaN in rows without an impact, and (B,) whether derivatives exist."""
         q, v, varied = self._given(arrays)
-        found = derivatives_batch(self._scene, q, v, of=(), by=(), threads=self._threads, **varied)
+        found = derivatives_batch(
+            self._scene, self._unit(q), v, of=(), by=(), threads=self._threads, **varied
+        )
         return found.impacts.v_after, found.exists
 
     def shapes(self, given: Sequence[tuple[int, ...]]) -> list[tuple[tuple[int, ...], int]]:
@@ -86,6 +89,7 @@ class Differentiable:
 
         Raises:
             InputError: leading axes that do not go together.
+            ShapeError, UnknownNameError: an array whose own axes, or whose name, the scene lacks.
         """
         bases = [1, 1, *(0 if leaf.scalar else 1 for leaf in self._leaves)]
         own = [shape[len(shape) - base :] for shape, base in zip(given, bases, strict=True)]
@@ -99,11 +103,19 @@ class Differentiable:
             lead = np.broadcast_shapes(*leads)
         except ValueError:
             raise InputError(f"leading axes do not go together: {leads}") from None
+        # Frameworks wrap what a callback raises in errors of their own: one row of these shapes,
+        # with numbers that are fine, is checked before.
+        row = [np.ones((1, *shape)) for shape in own]
+        if own[0] == (self._scene.robot.nq,):
+            row[0] = self._scene.robot.neutral()[None]
+        row_q, row_v, varied = self._given(row)
+        batch_inputs(self._scene, row_q, row_v, **varied)
         return [((*lead, *o), base) for o, base in zip(own, bases, strict=True)]
 
     def pull(self, arrays: Sequence[np.ndarray], cotangent: np.ndarray) -> list[np.ndarray]:
         """The gradients by all arrays, 0 in rows that have none."""
         q, v, varied = self._given(arrays)
+        q = self._unit(q)
         by = {leaf.argument for leaf in self._leaves}
         kinds = ("q", "v", *(_BY.get(name, name) for name in by))
         found = vjp(self._scene, q, v, cotangent, by=kinds, threads=self._threads, **varied)
@@ -121,7 +133,7 @@ class Differentiable:
                 varied[leaf.argument] = array
             else:
                 varied.setdefault(leaf.argument, {})[leaf.name] = array
-        return self._unit(arrays[0]), arrays[1], varied
+        return arrays[0], arrays[1], varied
 
     def _part(
         self, leaf: Leaf, table: np.ndarray, links: Sequence[str], array: np.ndarray

@@ -64,7 +64,7 @@ UNLIMITED = 1e15
 def inspect(path: str, root: str | None) -> None:
     """Show links, joints, masses and what was assumed of a robot's file.
 
-    PATH is a URDF, xacro, MJCF or SDF file, or the name of an example robot.
+    PATH is a URDF, MJCF or SDF file, or the name of an example robot.
     """
     from ..robot import Robot
     from ..robot.examples import example_names

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileError, InputError, MissingExtraError, ShapeError, quoted, shown
-from ..files import as_file_error, open_plain_file, path_of
+from ..files import as_file_error, open_plain_file, path_of, read_npz
 from ..robot import Robot
 from .columns import RecordingFormat
 from .csv_table import csv_columns, is_number, without_unit
@@ -99,12 +99,9 @@ def load_recordings(
 
 
 def _of_npz(file: Any, label: str) -> list[tuple[str, dict[str, Any], float | None, list[str]]]:
-    import zipfile
-
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except (ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        arrays = read_npz(file)
+    except ValueError as error:
         raise FileError(f"{label}: no npz file of plain arrays ({error})", path=label) from None
     note = []
     scalars = {}

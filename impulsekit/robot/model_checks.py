@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..files import free_memory
 from .arrays import LARGEST
 
 # Measured: 0.5 GB for 200 degrees of freedom, 4 GB for 400 (tensors of second derivatives).
@@ -38,20 +37,6 @@ def check_capacity(model: pin.Model, copies: int = COPIES) -> None:
             value=model.nv,
             allowed="what fits into memory",
         )
-
-
-def free_memory() -> float:
-    """Return how many bytes are free, or can be made so; infinite where nothing tells."""
-    try:
-        for line in pathlib.Path("/proc/meminfo").read_text().splitlines():
-            if line.startswith("MemAvailable:"):
-                return 1024.0 * float(line.split()[1])
-    except (OSError, ValueError, IndexError):
-        pass
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):
-        return float("inf")
 
 
 def planar_root(

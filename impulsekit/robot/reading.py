@@ -52,9 +52,10 @@ def format_of(path: str | os.PathLike[str]) -> str:
 def outermost(text: bytes) -> str:
     """Return the name of the outermost element of an XML text; "" where there is none."""
     text = text.removeprefix(b"\xef\xbb\xbf")
-    while aside := _ASIDE.match(text):
-        text = text[aside.end() :]
-    found = _ELEMENT.match(text)
+    start = 0
+    while aside := _ASIDE.match(text, start):
+        start = aside.end()
+    found = _ELEMENT.match(text, start)
     return found.group(1).decode() if found else ""
 
 
@@ -94,6 +95,7 @@ class RobotReaders(RobotStates):
         mimic: bool = False,
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
         srdf: str | os.PathLike[str] | None = None,
+        xacro: bool = False,
     ) -> Self:
         """Return a robot from a URDF file or from URDF text (anything that starts with "<").
 
@@ -110,6 +112,10 @@ class RobotReaders(RobotStates):
                 and ROS_PACKAGE_PATH, and from nowhere else.
             srdf: the SRDF file that goes with it: its named poses are ``poses``, and
                 ``collisions`` leaves out the pairs that it disables.
+            xacro: True expands a xacro file by the package xacro (``pip install ".[xacro]"``).
+                Such a file is a program: its expressions run as Python with your rights and can
+                read, change and send whatever you can. Give True for files that you would run.
+                False (the default) refuses a xacro file and runs nothing.
 
         Rotor inertia and gear ratio in a <transmission> become the armature of its joint.
         Files as exporters write them are taken where their meaning is clear: an
@@ -126,7 +132,7 @@ class RobotReaders(RobotStates):
         """
         from .urdf import read_urdf
 
-        urdf = read_urdf(path_or_xml, mimic=mimic)
+        urdf = read_urdf(path_or_xml, mimic=mimic, xacro=xacro)
         part = RobotPart(
             urdf.text,
             None if urdf.path is None else os.path.abspath(urdf.path),
@@ -286,7 +292,7 @@ class RobotReaders(RobotStates):
         *,
         package_dirs: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     ) -> Self:
-        """Return a robot from a URDF, xacro, MJCF or SDF file, by its outermost element.
+        """Return a robot from a URDF, MJCF or SDF file, by its outermost element.
 
         Args:
             path: the file.

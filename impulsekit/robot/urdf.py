@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import os
+import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -43,7 +44,6 @@ _READERS = {
 }
 _INERTIA = ("rotor_inertia", "rotorinertia", "motor_inertia", "motorinertia")
 _RATIO = ("gear_ratio", "gearratio", "mechanicalreduction", "mechanical_reduction")
-HINT = "expand it first: xacro FILE > robot.urdf"
 
 
 @dataclass(frozen=True)
@@ -76,22 +76,34 @@ class UrdfText:
         return plain_urdf(self.name, self.inertials, self.joints)
 
 
-def read_urdf(path_or_xml: str | os.PathLike[str], *, mimic: bool = False) -> UrdfText:
+def read_urdf(
+    path_or_xml: str | os.PathLike[str], *, mimic: bool = False, xacro: bool = False
+) -> UrdfText:
     """Read a URDF from a file, or take it as XML text if it starts with "<", and check it.
 
     Files as exporters write them are repaired where the meaning is clear; ``assumptions``
-    lists the repairs, and ``text`` is then the repaired URDF. xacro files are expanded if
-    the package xacro is installed.
+    lists the repairs, and ``text`` is then the repaired URDF.
 
-    ``mimic`` says whether mimic joints will follow their leaders, which must then exist.
+    Args:
+        path_or_xml: the file or the text.
+        mimic: whether mimic joints will follow their leaders, which must then exist.
+        xacro: True runs a xacro file, which is a program; False refuses it.
 
     Raises:
-        UrdfError: no such file, broken XML, or an element that is wrong; it is named.
+        UrdfError: no such file, broken XML, a xacro file, or an element that is wrong; it is
+            named.
     """
     text, path = text_of(path_or_xml, "a URDF is given as a path or as XML text, not as")
     source = path or "URDF text"
     assumed: list[str] = []
     if uses_xacro(text) and not is_expanded(text):
+        if not xacro:
+            hint = f"xacro {shlex.quote(path) if path else 'FILE'} > robot.urdf"
+            raise Place(source).fault(
+                "it is a xacro file, a program that is not run here; expand it by "
+                f"`{hint}`, or give xacro=True to Robot.from_urdf if you trust it",
+                "xacro",
+            )
         text = expanded(text, path)
         assumed.append("the macros of xacro are expanded")
     text, repairs = repair_text(text)
@@ -202,7 +214,7 @@ def _number_of_rotor(
 def expanded(text: str, path: str | None) -> str:
     """Return the URDF that a xacro file stands for.
 
-    xacro evaluates the expressions in the file, so expand files from sources you trust only.
+    xacro runs the expressions in the file as Python: a file from elsewhere is a program.
 
     Args:
         text: the file's text.
@@ -216,7 +228,7 @@ def expanded(text: str, path: str | None) -> str:
         import xacro
     except ImportError:
         raise place.fault(
-            f'it is a xacro file, whose macros are not expanded; {HINT}, or pip install ".[xacro]"',
+            'expanding a xacro file needs xacro: pip install ".[xacro]" in impulsekit\'s folder',
             "xacro",
         ) from None
     output = io.StringIO()
@@ -234,7 +246,7 @@ def expanded(text: str, path: str | None) -> str:
     except (Exception, SystemExit) as error:  # xacro has no error class of its own for all
         lines = [line for line in (str(error) or output.getvalue()).splitlines() if line.strip()]
         reason = shown(lines[0], 200) if lines else type(error).__name__
-        raise place.fault(f"xacro cannot expand it: {reason}; {HINT}", "xacro") from None
+        raise place.fault(f"xacro cannot expand it: {reason}", "xacro") from None
 
 
 @dataclass(frozen=True)

@@ -127,3 +127,32 @@ def test_a_fit_of_restitution_and_friction_converges():
     fit.step(loss)
     found = torch.sigmoid(x[0]).item(), torch.exp(x[1]).item()
     np.testing.assert_allclose(found, [0.6, 0.15], atol=1e-5)
+
+
+@pytest.mark.parametrize("framework", ["torch", "jax"])
+@pytest.mark.parametrize(
+    ("more", "error", "words"),
+    [
+        ({"v": np.zeros((2, 7))}, "ShapeError", r"v: expected shape \(B, 6\), got \(1, 7\)"),
+        ({"q": np.zeros(6)}, "ShapeError", "q: expected shape"),
+        ({"restitution": np.zeros((2, 3))}, "ShapeError", "restitution: expected shape"),
+        ({"points": {"flor": np.zeros(3)}}, "UnknownNameError", 'did you mean "floor"'),
+        ({"masses": {"bal": 1.0}}, "UnknownNameError", 'did you mean "ball"'),
+    ],
+)
+def test_shapes_and_names_are_checked_before_the_framework_calls_back(
+    framework, more, error, words
+):
+    library = pytest.importorskip(framework)
+    from importlib import import_module
+
+    made = library.tensor if framework == "torch" else library.numpy.asarray
+    floor = ik.Contact("ball", name="floor")
+    given = {"q": BALL.neutral(), "v": np.zeros((2, 6)), **more}
+    given = {
+        k: {n: made(x) for n, x in a.items()} if isinstance(a, dict) else made(a)
+        for k, a in given.items()
+    }
+    solve = import_module(f"impulsekit.{framework}").solve
+    with pytest.raises(getattr(ik.errors, error), match=words):
+        solve(ik.Scene(BALL, contacts=[floor]), **given)

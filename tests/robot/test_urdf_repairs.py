@@ -189,11 +189,55 @@ def test_xacro_is_expanded_where_it_is_installed(tmp_path):
         "<robot ", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro' "
     )
     (tmp_path / "arm.xacro").write_text(text)
-    robot, assumed = read_with_warning(tmp_path / "arm.xacro")
+    robot, assumed = read_with_warning(tmp_path / "arm.xacro", xacro=True)
     assert "xacro" in assumed
     assert same_dynamics(robot, ik.Robot.from_urdf(CLEAN))
     with pytest.raises(UrdfError, match=r"xacro cannot expand it.*size"):
-        ik.Robot.from_urdf(text.replace("${1 + 1}", "${size}"))
+        ik.Robot.from_urdf(text.replace("${1 + 1}", "${size}"), xacro=True)
+
+
+def _from_scene_file(path):
+    scene = path.with_name("scene.toml")
+    scene.write_text(f'[robot]\nurdf = "{path.name}"\n')
+    return ik.load_scene(scene)
+
+
+def _by_command(path):
+    from click.testing import CliRunner
+
+    from impulsekit.cli import main
+
+    found = CliRunner().invoke(main, ["inspect", str(path)])
+    raise UrdfError(found.stderr) if found.exit_code == 2 else AssertionError(found.output)
+
+
+@pytest.mark.parametrize(
+    "read", [ik.Robot.from_urdf, ik.Robot.from_file, _from_scene_file, _by_command]
+)
+def test_a_xacro_file_runs_nothing_unless_asked(tmp_path, read, monkeypatch):
+    xacro = pytest.importorskip("xacro")
+    monkeypatch.setattr(xacro, "process_file", lambda *_: pytest.fail("the file was run"))
+    path = tmp_path / "my arm.xacro"
+    path.write_text(CLEAN.replace("value='2'", "value='${1 + 1}'"))
+    with pytest.raises(ik.errors.InputError, match=r"xacro '.*my arm\.xacro' > robot\.urdf"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        CLEAN.replace("value='2'", f"value='{'1' * 1_000_000}'"),
+        CLEAN + "<!--" * 400_000 + "$",
+    ],
+    ids=["digits", "comments"],
+)
+def test_a_long_text_takes_time_in_proportion(text, tmp_path):
+    """A search that begins anew at every character would take hours."""
+    (tmp_path / "long.urdf").write_text(text)
+    try:
+        ik.Robot.from_file(tmp_path / "long.urdf")
+    except UrdfError:
+        pass
 
 
 def test_other_formats_are_told_with_their_reader():

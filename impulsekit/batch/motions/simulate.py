@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError, check_kind
+from ...files import free_memory
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
 from ...robot.arrays import lock
-from ...robot.model_checks import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ...scene.numbers import whole

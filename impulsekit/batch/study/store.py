@@ -22,7 +22,15 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, MissingExtraError
-from ...files import as_file_error, path_of, reason_of, replaced_file, write_file
+from ...files import (
+    as_file_error,
+    open_plain_file,
+    path_of,
+    read_npz,
+    reason_of,
+    replaced_file,
+    write_file,
+)
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
@@ -225,8 +233,8 @@ def _block(
     for at in range(0, len(found), chunk):
         index = (begin + at) // chunk
         try:
-            with np.load(_file(folder / ROWS, index), allow_pickle=False) as arrays:
-                found[at : at + chunk] = arrays[name]
+            with open_plain_file(_file(folder / ROWS, index)) as file:
+                found[at : at + chunk] = read_npz(file)[name]
         except FileNotFoundError:
             continue
         except _BROKEN as error:

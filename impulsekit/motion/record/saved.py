@@ -15,16 +15,14 @@ import copy
 import dataclasses
 import json
 import os
-import zipfile
 from typing import Any, TypeVar
 
 import numpy as np
 
 from ...errors import ImpulsekitError, InputError
-from ...files import as_file_error, open_plain_file, replaced_file
+from ...files import as_file_error, open_plain_file, read_npz, replaced_file
 from ...robot import Robot
 from ...robot.arrays import read_only
-from ...robot.model_checks import free_memory
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from .impact_arrays import impacts_of, packed_impacts
@@ -150,23 +148,9 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """
     name = os.fspath(path)
     with as_file_error(name), open_plain_file(name) as stream:
-        if not zipfile.is_zipfile(stream):
-            raise InputError(f"{name} holds no trajectory: it is no npz file")
-        stream.seek(0)
         try:
-            with zipfile.ZipFile(stream) as archive:
-                size = sum(member.file_size for member in archive.infolist())
-            if size > free_memory():
-                raise InputError(
-                    f"{name} would take {size / 1e9:.3g} GB of memory, which is not free"
-                )
-            stream.seek(0)
-            with np.load(stream, allow_pickle=False) as file:
-                return {key: file[key] for key in file.files}
-        except ImpulsekitError:
-            raise
-        # What numpy and zipfile raise on a damaged file: CRC, header, zlib, encoding, eof.
-        except Exception as error:
+            return read_npz(stream)
+        except ValueError as error:
             raise InputError(f"{name} holds no trajectory: {error}") from None
 
 
