@@ -8,12 +8,11 @@
 
 #include "bind/arrays.hpp"
 #include "bind/given_scene.hpp"
+#include "bind/lanes.hpp"
 #include "bind/laws.hpp"
 #include "derivatives.hpp"
 
 namespace nb = nanobind;
-
-void bind_solve_batch(nb::module_& module);
 
 namespace impulsekit {
 namespace {
@@ -192,8 +191,9 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     out.reactions = output_of(outputs, "reactions", B * joints.size() * 6);
     out.bodies = output_of(outputs, "bodies", B * links.size() * 6);
     if (outputs.contains("slopes")) take_slopes(self, given, outputs, batch);
+    const LaneFunctions& functions = lanes();
     const nb::gil_scoped_release release;
-    solve_rows(batch, threads, [&](int done) {
+    functions.solve_rows(batch, threads, [&](int done) {
         const nb::gil_scoped_acquire hold;
         if (PyErr_CheckSignals() != 0) throw nb::python_error();
         if (!tell.is_none()) tell(done);
@@ -220,23 +220,6 @@ void bind_batch(nb::module_& module) {
     module.def("add_kick", &add_kick, nb::arg("scene"), nb::arg("v"));
     module.def("add_load", &add_load, nb::arg("scene"), nb::arg("body"), nb::arg("numbers"));
     module.def("vary_points", &vary_points, nb::arg("scene"), nb::arg("contacts"));
-    bind_solve_batch(module);
-    module.def(
-        "instruction_set",
-        [] {
-#ifdef IMPULSEKIT_VARIANTS
-            if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                __builtin_cpu_supports("avx512vl"))
-                return "avx512";
-            if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return "avx2";
-#endif
-            return "";
-        },
-        "The widest instruction set here for which batches are built.");
-}
-
-void bind_solve_batch(nb::module_& module) {
-    using namespace impulsekit;
     module.def("solve_batch", &solve, nb::arg("scene"), nb::arg("law"), nb::arg("is_regular"),
                nb::arg("joints"), nb::arg("links"), nb::arg("arrays"), nb::arg("known"),
                nb::arg("outputs"), nb::arg("codes"), nb::arg("threads"), nb::arg("tell").none(),

@@ -7,17 +7,16 @@
 #include <memory>
 
 #include "bind/given_scene.hpp"
+#include "bind/lanes.hpp"
 #include "blows.hpp"
 #include "meetings.hpp"
 #include "scene_impact.hpp"
 
 namespace nb = nanobind;
 
-void bind_derive(nb::module_& module);
-
 namespace impulsekit {
 
-// With arrays of its own; modules of all instruction sets share it.
+// With arrays of its own.
 struct OwnDerivation {
     Tree<double> tree;
     std::vector<double> v, M, numbers, impulse;
@@ -178,23 +177,13 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> pull_back(
     auto* found = new double[std::max<std::size_t>(count * slopes, 1)];
     nb::capsule owner(found, [](void* p) noexcept { delete[] static_cast<double*>(p); });
     const double* weights = given.data();
-    pull_back_all(d, weights, static_cast<int>(count), found);
+    lanes().pull_back_all(d, weights, static_cast<int>(count), found);
     return nb::ndarray<nb::numpy, double, nb::ndim<2>>(
         found, {count, static_cast<std::size_t>(slopes)}, owner);
 }
 
 }  // namespace
 }  // namespace impulsekit
-
-void bind_derive(nb::module_& module) {
-    using namespace impulsekit;
-    module.def("derive", &derive, nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"),
-               nb::arg("impulses"), nb::arg("entries"), nb::arg("places"), nb::arg("found"),
-               nb::arg("inertia_of"), nb::rv_policy::take_ownership, nb::keep_alive<0, 1>(),
-               nb::keep_alive<0, 2>(), "Return an impact made linear in its modes.");
-    module.def("pull_back", &pull_back, nb::arg("derivation"), nb::arg("weights"),
-               "Return (k, slopes) of weights (k, results) of v⁺, λ and contact impulses.");
-}
 
 void bind_derivatives(nb::module_& module) {
     using namespace impulsekit;
@@ -214,7 +203,12 @@ void bind_derivatives(nb::module_& module) {
                 found.emplace_back(e.kind, e.contact, e.other);
             return found;
         });
-    bind_derive(module);
+    module.def("derive", &derive, nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"),
+               nb::arg("impulses"), nb::arg("entries"), nb::arg("places"), nb::arg("found"),
+               nb::arg("inertia_of"), nb::rv_policy::take_ownership, nb::keep_alive<0, 1>(),
+               nb::keep_alive<0, 2>(), "Return an impact made linear in its modes.");
+    module.def("pull_back", &pull_back, nb::arg("derivation"), nb::arg("weights"),
+               "Return (k, slopes) of weights (k, results) of v⁺, λ and contact impulses.");
     module.def("unit_parts", &units_of, nb::arg("model"),
                "Return first entry and number of each unit vector in q.");
     module.def(

@@ -8,6 +8,7 @@ void bind_impact(nb::module_& module);
 void bind_tree(nb::module_& module);
 void bind_scene(nb::module_& module);
 void bind_batch(nb::module_& module);
+void bind_lanes(nb::module_& module);
 void bind_derivatives(nb::module_& module);
 void bind_geometry(nb::module_& module);
 void bind_motion(nb::module_& module);
@@ -21,6 +22,7 @@ NB_MODULE(_core, module) {
     bind_tree(module);
     bind_scene(module);
     bind_batch(module);
+    bind_lanes(module);
     bind_derivatives(module);
     bind_geometry(module);
     bind_motion(module);

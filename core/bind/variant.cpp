@@ -1,13 +1,11 @@
-// The module of one instruction set: what runs on lanes, on the types of impulsekit._core.
+// The module of one instruction set: what runs on lanes, for impulsekit._core to call.
 #include <nanobind/nanobind.h>
 
-namespace nb = nanobind;
-
-void bind_solve_batch(nb::module_& module);
-void bind_derive(nb::module_& module);
+#include "lane_functions.hpp"
 
 NB_MODULE(IMPULSEKIT_VARIANT, module) {
+    using namespace impulsekit;
+    static const LaneFunctions functions{&solve_rows, &pull_back_all};
     module.doc() = "Batches and derivatives of impulsekit's core for one instruction set.";
-    bind_solve_batch(module);
-    bind_derive(module);
+    module.attr("functions") = nanobind::capsule(&functions, "impulsekit.LaneFunctions");
 }

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._core import solve_batch as core_batch
 from ..errors import InputError, UnknownNameError, a_thing, check_kind, warn_of_setup
-from ..impact.flat.model import widest_core
 from ..impact.status import Status
 from ..robot.arrays import lock
 from ..scene import JointStop, Scene
@@ -136,7 +136,7 @@ def run(
     shapes = {name: (inputs.size, *shape_of(scene, name)) for name in (*outputs, *looked_at)}
     arrays = {name: np.empty(shape) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
-    widest_core().solve_batch(
+    core_batch(
         program.flat.core, program.law, program.is_regular, program.joints, program.links,
         {**_given(program, inputs), **given}, inputs.codes, {**arrays, **found}, codes,
         _threads(threads), tell,

@@ -1,6 +1,5 @@
 """Batches in the core: the same bits by every instruction set, and what happens in threads."""
 
-import importlib
 import os
 import signal
 import threading
@@ -9,8 +8,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit._core import instruction_set
-from impulsekit.batch import solve as batches
+from impulsekit._core import instruction_sets, use_instruction_set
 
 from ..batch.compare import random_states
 
@@ -22,22 +20,15 @@ def solo():
     return ik.Robot.from_example("solo12", root="freeflyer")
 
 
-def modules():
-    """Those that this processor can run, the plain one first."""
-    names = {"": [], "avx2": ["avx2"], "avx512": ["avx2", "avx512"]}[instruction_set()]
-    return ["impulsekit._core", *(f"impulsekit._core_{name}" for name in names)]
-
-
 @pytest.mark.parametrize("struck", [False, True])
-def test_every_instruction_set_gives_the_same_bits(solo, struck, monkeypatch):
+def test_every_instruction_set_gives_the_same_bits(solo, struck):
     blow = ik.AppliedImpulse("base_link", linear=[1, 2, 3], at=[0.1, 0, 0])
     feet = [] if struck else [ik.Contact(f, restitution=0.3, friction=0.5) for f in FEET]
     scene = ik.Scene(solo, [blow], contacts=feet)
     q, v = random_states(solo, 203)
     found = []
-    for name in modules():
-        module = importlib.import_module(name)
-        monkeypatch.setattr(batches, "widest_core", lambda module=module: module)
+    for name in instruction_sets():
+        use_instruction_set(name)
         found += [ik.solve_batch(scene, q, v, threads=threads).v_after for threads in (1, 3)]
     assert all(np.array_equal(found[0], other) for other in found[1:])
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..._core import derive
 from ...errors import check_kind
 from ...scene.scene import SceneCache
 from ..flat.law import contact_law
-from ..flat.model import widest_core
 from ..flat.scene import FlatScene, flat_of
 from ..result import Impact
 from .refusals import edge_words, refuse_what_has_none, refuse_what_was_not_found
@@ -99,7 +99,7 @@ def _derivation(impact: Impact, inertia_of: int) -> Derivation:
     for i, touch in enumerate(touches):
         if touch.position is not None:
             places[i] = touch.position
-    found: Derivation = widest_core().derive(
+    found = derive(
         flat.core, law, impact.q, impact.v_before, flat.impulses,
         [touch.entry for touch in touches], places,
         (impact.dv, multipliers, unique.astype(float), impulse, shared.astype(float)), inertia_of,

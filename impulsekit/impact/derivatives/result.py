@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
-from ..._core import parameter_places
+from ..._core import parameter_places, pull_back
 from ...display import Displayed
 from ...errors import UnknownNameError
 from ...robot.arrays import read_only
 from ...scene import AppliedImpulse, Contact, JointStop
-from ..flat.model import widest_core
 from .status import DerivativeStatus
 
 if TYPE_CHECKING:
@@ -86,7 +85,7 @@ class Layout:
         weights = self._weights.get(of)
         if weights is None:
             weights = self._weights[of] = np.eye(self.count)[self.rows[of]]
-        table: np.ndarray = widest_core().pull_back(found, weights)
+        table: np.ndarray = pull_back(found, weights)
         return table
 
     def part(self, table: np.ndarray, by: str, touched: Container[str]) -> np.ndarray | ByName:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 import weakref
 from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..._core import Model, instruction_set
+from ..._core import Model
 from ...errors import InputError
 
 if TYPE_CHECKING:
     from ...robot import Robot
 
-__all__ = ["FlatModel", "body_numbers", "flat_model", "flat_model_of", "widest_core"]
+__all__ = ["FlatModel", "body_numbers", "flat_model", "flat_model_of"]
 
 # As ``core/model.hpp`` numbers joints.
 ANGLE, CIRCLE, SLIDE, HELIX, BALL, FREE, PLANAR, TRANSLATION, ELLIPSOID = range(9)
@@ -121,13 +119,6 @@ def flat_model(model: pin.Model) -> FlatModel:
         model.nq,
     )
     return FlatModel(core, tuple(bodies))
-
-
-@functools.cache
-def widest_core() -> Any:
-    """The core's module for the widest instruction set that this processor has."""
-    name = instruction_set()
-    return import_module(f"impulsekit._core_{name}" if name else "impulsekit._core")
 
 
 def body_numbers(inertia: pin.Inertia) -> np.ndarray:

@@ -1,0 +1,11 @@
+// The instruction set of batches and derivatives.
+#pragma once
+
+#include "lane_functions.hpp"
+
+namespace impulsekit {
+
+// The functions in use: of the widest instruction set here, unless another was chosen.
+const LaneFunctions& lanes();
+
+}  // namespace impulsekit
