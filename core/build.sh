@@ -8,3 +8,4 @@ python=${1:-python3}
 cmake -S "$here" -B "$here/../build/core" -DPython_EXECUTABLE="$(command -v "$python")" \
     -DCMAKE_COMPILE_WARNING_AS_ERROR=ON "$@" >/dev/null
 cmake --build "$here/../build/core" -j 2
+sh "$here/check_import.sh" "$python"

@@ -11,6 +11,8 @@ cmake --build "$here/../build/sanitized" -j 2
 libraries=$(for name in asan ubsan stdc++; do "${CXX:-g++}" -print-file-name=lib$name.so; done)
 cd "$here/.."
 # Python itself frees little at its end: leaks are not looked for.
-ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=halt_on_error=1 \
-LD_PRELOAD=$(echo $libraries | tr ' ' ':') PYTHONPATH=. \
-    "$python" -m pytest -o addopts="" -p no:cacheprovider -q "$@"
+export ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=halt_on_error=1 PYTHONPATH=.
+LD_PRELOAD=$(echo $libraries | tr ' ' ':')
+export LD_PRELOAD
+sh core/check_import.sh "$python"
+exec "$python" -m pytest -o addopts="" -p no:cacheprovider -q "$@"
