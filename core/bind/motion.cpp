@@ -345,9 +345,11 @@ class ForcesOfMotion {
         return found;
     }
 
-    // q and v at another time while the same rests, whatever happens on the way.
-    std::pair<nb::object, nb::object> flow(double start, double end, const Array& q, const Array& v,
-                                           const Footing& footing, double rtol, double atol) {
+    // q and v at another time while the same rests, whatever happens on the way; none where there
+    // is no acceleration, or no step is short enough.
+    std::optional<std::pair<nb::object, nb::object>> flow(double start, double end, const Array& q,
+                                                          const Array& v, const Footing& footing,
+                                                          double rtol, double atol) {
         const Model& model = *scene_->scene.model;
         Rest rest = rest_of(footing, dynamics_);
         const double *own_q = data_of(q, model.nq, "q"), *own_v = data_of(v, model.nv, "v");
@@ -367,12 +369,13 @@ class ForcesOfMotion {
         std::vector<double> rate(y.size());
         bool sound = f(start, y.data(), rate.data());
         Step step;
-        for (double t = start; sound && t < end; t = step.end)
+        // Rounding of times may leave less than any step.
+        for (double t = start; sound && end - t > shortest_step(t); t = step.end)
             sound = stepper.step(
                 f, [&](double* x) { normalize_configuration(model, x); }, t, y.data(), rate.data(),
                 end - t, step);
-        if (!sound) std::fill(y.begin(), y.end(), NAN);
-        return {array(y.data(), model.nq), array(y.data() + model.nq, model.nv)};
+        if (!sound) return std::nullopt;
+        return std::make_pair(array(y.data(), model.nq), array(y.data() + model.nq, model.nv));
     }
 
     // (nv) torques, and (bodies, 6) wrenches about the origins of bodies in world axes, of an

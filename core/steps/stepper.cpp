@@ -109,8 +109,9 @@ double Stepper::error(const double* y, const double* end, double h) const {
         five += e5 * e5 / (scale * scale);
         three += e3 * e3 / (scale * scale);
     }
-    if (five == 0.0 && three == 0.0) return 0.0;
-    return std::abs(h) * five / std::sqrt((five + 0.01 * three) * n_);
+    // Squares of rounding may vanish.
+    const double both = (five + 0.01 * three) * n_;
+    return both > 0.0 ? std::abs(h) * five / std::sqrt(both) : 0.0;
 }
 
 // From the last stage, whose y stands in trial_, beside the end of the step.

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..._core import ForcesOfMotion
+from ...errors import InputError
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ..flat import flat_motion
@@ -25,6 +26,10 @@ STEP = 4e-4
 LONGEST_FLOW = 0.5
 # Slip below this has no direction [m/s].
 NO_WAY = 1e-5
+NO_MOTION = (
+    "no acceleration is found: it is not finite, or contacts at rest have no solution; use finite "
+    "differences of simulate"
+)
 
 
 class Flow:
@@ -52,9 +57,16 @@ class Flow:
         self._footing: Any = None
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(nv,) v̇ at a state of the motion itself."""
+        """(nv,) v̇ at a state of the motion itself.
+
+        Raises:
+            InputError: there is none.
+        """
         self._begin(q, v)
-        return np.array(self._core.at(t, q, v, self._footing)["acceleration"])
+        found = self._core.at(t, q, v, self._footing)
+        if found["trouble"]:
+            raise InputError(f"sensitivity: at {t:g} s {NO_MOTION}")
+        return np.array(found["acceleration"])
 
     def jacobian(
         self,
@@ -68,6 +80,9 @@ class Flow:
         """(2 nv, 2 nv) how the state at ``end`` [s] changes with that at ``start``, and it.
 
         ``by_controls``: (2 nv, 3 nv), behind them how it changes with the torques from outside.
+
+        Raises:
+            InputError: a motion beside it cannot be followed so far.
         """
         self._begin(q, v)
         size = 2 * len(v)
@@ -113,8 +128,12 @@ class Flow:
         if len(by) > 2 * nv:
             torques = self.controls if len(self.controls) else np.zeros(nv)
             footing = (*footing[:2], torques + by[2 * nv :])
-        found: Any = self._core.flow(start, end, q, v + by[nv : 2 * nv], footing, RTOL, ATOL)
-        return found[0], found[1]
+        found = self._core.flow(start, end, q, v + by[nv : 2 * nv], footing, RTOL, ATOL)
+        if found is None:
+            raise InputError(
+                f"sensitivity: from {start:g} to {end:g} s, a little beside the motion, {NO_MOTION}"
+            )
+        return found
 
 
 def slopes(away: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:
