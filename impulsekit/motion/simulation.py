@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from functools import wraps
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -30,6 +32,33 @@ if TYPE_CHECKING:
 
 __all__ = ["Simulation"]
 
+P = ParamSpec("P")
+Result = TypeVar("Result")
+
+
+def _alone(
+    method: Callable[Concatenate[Simulation, P], Result],
+) -> Callable[Concatenate[Simulation, P], Result]:
+    """Return the method, refused while another call on the same Simulation is under way.
+
+    The core computes without Python's lock: a second thread would change its state underneath.
+    """
+
+    @wraps(method)
+    def guarded(self: Simulation, *args: P.args, **kwargs: P.kwargs) -> Result:
+        in_use = self._in_use
+        if not in_use.acquire(blocking=False):
+            raise InputError(
+                f"Simulation.{method.__name__}: another thread, or a function of the scene, uses "
+                "this Simulation now; give each thread its own copy()"
+            )
+        try:
+            return method(self, *args, **kwargs)
+        finally:
+            in_use.release()
+
+    return guarded
+
 
 class Simulation:
     """A motion that goes on step by step, with torques that are set on the way.
@@ -37,6 +66,9 @@ class Simulation:
     The integrator keeps its own steps, which may reach beyond the time asked for; states in
     between are read from them, so that a short ``step`` costs nothing and changes no digit. A
     torque that is set begins a new one.
+
+    One thread at a time uses a Simulation; each thread may have its own ``copy()``, which are
+    stepped on all cores.
 
     Args:
         scene: the robot, what acts on it, and the law of contact; its impulses act at t = 0.
@@ -52,7 +84,8 @@ class Simulation:
             number, or (k,) for a joint of k degrees of freedom.
 
     Raises:
-        ShapeError, NotFiniteError, StateError, InputError, SolveError: as ``simulate``.
+        ShapeError, NotFiniteError, StateError, InputError, SolveError: as ``simulate``; and
+            InputError where two threads use it at once.
 
     Example:
         >>> from impulsekit import Contact, Robot, Scene, Simulation
@@ -84,7 +117,7 @@ class Simulation:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             self._followed = Followed(scene, q, v, base.changed(**changes))
             self._followed.begin()
-        self._record, self._t = bool(record), 0.0
+        self._record, self._t, self._in_use = bool(record), 0.0, Lock()
         self.controls = Controls(scene)
         self._stop_at(0.0)
 
@@ -94,19 +127,22 @@ class Simulation:
         return self._t
 
     @property
+    @_alone
     def q(self) -> np.ndarray:
         """(nq,) the configuration at ``t``."""
         return read_only(self._followed.core.state(self._t)[0])
 
     @property
+    @_alone
     def v(self) -> np.ndarray:
         """(nv,) the velocity at ``t``; just after the impact where there is one."""
         return read_only(self._followed.core.state(self._t)[1])
 
     @property
+    @_alone
     def impacts(self) -> Impacts:
         """(time [s], ``Impact``) of all up to ``t``."""
-        return self._followed.impacts(self._t)()
+        return self._impacts()
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -114,6 +150,7 @@ class Simulation:
         return tuple(self.forces)
 
     @property
+    @_alone
     def forces(self) -> dict[str, np.ndarray]:
         """By name of a contact that rests, (3,) its force on the first body, world axes [N].
 
@@ -129,6 +166,7 @@ class Simulation:
             forces[name] = forces.get(name, np.zeros(len(point.force))) + point.force
         return forces
 
+    @_alone
     def step(self, dt: float) -> Simulation:
         """Go on by a time [s]; returns itself.
 
@@ -136,8 +174,9 @@ class Simulation:
             RangeError, NotFiniteError: no time, or one below 0.
             SolveError: the motion cannot be followed so far; ``t`` is where it ended.
         """
-        return self.run_until(self._t + number(dt, "dt"))
+        return self._run_until(self._t + number(dt, "dt"))
 
+    @_alone
     def run_until(self, t: float) -> Simulation:
         """Go on up to a time [s]; returns itself.
 
@@ -145,6 +184,9 @@ class Simulation:
             RangeError, NotFiniteError: no time, or one in the past.
             SolveError: the motion cannot be followed so far; ``t`` is where it ended.
         """
+        return self._run_until(t)
+
+    def _run_until(self, t: float) -> Simulation:
         t = self._checked(t)
         # Torques that are set at each step will change again at its end.
         horizon = t if self.controls.changed else self._horizon(t)
@@ -156,6 +198,7 @@ class Simulation:
         self._t = t
         return self
 
+    @_alone
     def next_impact(self, until: float | None = None) -> Impact | None:
         """Go on to the next impact, and return it; None where there is none.
 
@@ -177,16 +220,17 @@ class Simulation:
         if known < len(times) and times[known] <= t:
             self._stop_at(times[known])
             self._t = times[known]
-            return self.impacts[-1][1]
+            return self._impacts()[-1][1]
         self._stop_at(t)
         self._t = t
         return None
 
+    @_alone
     def copy(self) -> Simulation:
         """The same motion at the same time, which goes on by itself."""
         twin = object.__new__(type(self))
-        controls = self.controls.copy()
-        vars(twin).update(vars(self), _followed=self._followed.copy(), controls=controls)
+        own = {"_followed": self._followed.copy(), "controls": self.controls.copy()}
+        vars(twin).update(vars(self), **own, _in_use=Lock())
         return twin
 
     def restore(self, state: Simulation) -> None:
@@ -198,8 +242,9 @@ class Simulation:
         check_kind(state, Simulation, "restore")
         if state._followed.scene is not self._followed.scene:
             raise InputError("restore: the state is of another scene")
-        vars(self).update(vars(state.copy()))
+        self._become(state.copy())
 
+    @_alone
     def trajectory(self, samples: ArrayLike | None = None) -> Trajectory:
         """The motion up to now, as ``simulate`` gives it.
 
@@ -215,6 +260,13 @@ class Simulation:
         settings = replace(self._followed.settings, duration=self._t)
         times = sample_times(settings.samples if samples is None else samples, self._t)
         return self._followed.trajectory(self._t, times, settings, MotionStatus.FINISHED)
+
+    @_alone
+    def _become(self, twin: Simulation) -> None:
+        vars(self).update(vars(twin), _in_use=self._in_use)
+
+    def _impacts(self) -> Impacts:
+        return self._followed.impacts(self._t)()
 
     def _checked(self, t: float) -> float:
         t = number(t, "t")
@@ -244,6 +296,7 @@ class Simulation:
             self._t = followed.core.t
             raise SolveError(f"Simulation: {followed.status.value} {followed.detail}".strip())
 
+    @_alone
     def __repr__(self) -> str:
         followed = self._followed
         count = bisect_right(followed.core.impact_times, self._t) + len(followed.first)

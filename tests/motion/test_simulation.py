@@ -1,10 +1,13 @@
 """``Simulation``: the same motion as ``simulate``, step by step."""
 
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit import Contact, Robot, Scene, Simulation, simulate
+from impulsekit import Actuator, Contact, Robot, Scene, Simulation, simulate
 from impulsekit.errors import InputError, RangeError, ShapeError, SolveError
 
 
@@ -128,3 +131,49 @@ def test_a_motion_that_cannot_go_on_says_so_and_where():
     with pytest.raises(SolveError, match="steps"):
         sim.run_until(5.0)
     assert 0 <= sim.t < 5.0
+
+
+def test_a_second_thread_is_refused_while_one_steps():
+    robot = Robot.from_urdf("models/double_pendulum.urdf")
+    stepping, seen = Event(), Event()
+
+    def torque(t, q, v):
+        if t > 0.0:
+            stepping.set()
+            assert seen.wait(20.0)
+        return 0.0
+
+    joint = next(iter(robot.joint_names))
+    sim = Simulation(Scene(robot, forces=[Actuator(joint, torque)]), robot.neutral(), [0.0, 0.0])
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(sim.step, 0.1)
+        assert stepping.wait(20.0)
+        for call in (lambda: sim.step(0.1), lambda: sim.q, sim.copy, sim.next_impact):
+            with pytest.raises(InputError, match="own copy"):
+                call()
+        seen.set()
+        assert first.result() is sim
+    assert sim.step(0.1).t == pytest.approx(0.2)
+
+
+def test_a_ball_stepped_by_several_threads_stays_above_the_floor():
+    sim, alone = ball(), ball()
+
+    def step(_):
+        try:
+            sim.step(0.01)
+        except InputError as error:
+            assert "another thread" in str(error)
+            return 0
+        return 1
+
+    with ThreadPoolExecutor(4) as pool:
+        made = sum(pool.map(step, range(400)))
+    np.testing.assert_allclose(sim.q, alone.run_until(sim.t).q, atol=1e-9)
+    assert made > 0 and sim.t == pytest.approx(0.01 * made)
+
+
+def test_a_simulation_can_be_restored_to_itself():
+    sim = ball().run_until(0.3)
+    sim.restore(sim)
+    assert sim.run_until(0.5).q.tolist() == ball().run_until(0.5).q.tolist()

@@ -128,12 +128,12 @@ class Flow:
         if len(by) > 2 * nv:
             torques = self.controls if len(self.controls) else np.zeros(nv)
             footing = (*footing[:2], torques + by[2 * nv :])
-        found = self._core.flow(start, end, q, v + by[nv : 2 * nv], footing, RTOL, ATOL)
+        found: Any = self._core.flow(start, end, q, v + by[nv : 2 * nv], footing, RTOL, ATOL)
         if found is None:
             raise InputError(
                 f"sensitivity: from {start:g} to {end:g} s, a little beside the motion, {NO_MOTION}"
             )
-        return found
+        return found[0], found[1]
 
 
 def slopes(away: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:
