@@ -61,6 +61,7 @@ void add_contact(ContactLaw& self, const Tables& restitution, const nb::tuple& f
 }
 
 void add_blow(GivenScene& self, const std::pair<int, Array>& site, bool is_local) {
+    self.check_unused();
     Blow blow;
     blow.site = site_of(self.model, site);
     blow.is_local = is_local;
@@ -68,11 +69,13 @@ void add_blow(GivenScene& self, const std::pair<int, Array>& site, bool is_local
 }
 
 void add_kick(GivenScene& self, int v) {
+    self.check_unused();
     if (v < 0 || v >= self.model.nv) throw nb::value_error("there is no such speed");
     self.scene.kicks.push_back(v);
 }
 
 void add_load(GivenScene& self, int body, const Array& numbers) {
+    self.check_unused();
     const double* from = data_of(numbers, 10, "numbers");
     check_body(self.model, body);
     const Mat3<double> turn = mat3<double>(self.model.bodies[body].turn);
@@ -91,6 +94,7 @@ void add_load(GivenScene& self, int body, const Array& numbers) {
 }
 
 void vary_points(GivenScene& self, const std::vector<int>& contacts) {
+    self.check_unused();
     for (int entry : contacts)
         if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
             throw nb::value_error("points: there is no such contact");
@@ -136,6 +140,15 @@ void take_slopes(const GivenScene& self, const Given& given, const nb::dict& out
     if (existence.size() != B) throw nb::value_error("existence: another size is wanted");
     batch.out.existence = existence.data();
 }
+
+// A scene is read by one more batch.
+struct InUse {
+    const GivenScene& scene;
+    explicit InUse(const GivenScene& own) : scene(own) { ++scene.batches; }
+    ~InUse() { --scene.batches; }
+    InUse(const InUse&) = delete;
+    InUse& operator=(const InUse&) = delete;
+};
 
 void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
            const std::vector<int>& joints, const std::vector<std::pair<int, Array>>& links,
@@ -192,6 +205,7 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     out.bodies = output_of(outputs, "bodies", B * links.size() * 6);
     if (outputs.contains("slopes")) take_slopes(self, given, outputs, batch);
     const LaneFunctions& functions = lanes();
+    const InUse in_use(self);
     const nb::gil_scoped_release release;
     functions.solve_rows(batch, threads, [&](int done) {
         const nb::gil_scoped_acquire hold;

@@ -19,6 +19,12 @@ using GivenSite = std::pair<int, Array>;
 struct GivenScene {
     Model model;
     Scene scene;
+    mutable int batches = 0;  // that run now, without Python's lock; counted with it
+
+    // Refuse to change what a batch reads.
+    void check_unused() const {
+        if (batches > 0) throw nb::value_error("scene: a batch that runs now reads it");
+    }
 
     explicit GivenScene(const Model& own) : model(own) { scene.model = &model; }
     GivenScene(const GivenScene&) = delete;

@@ -105,6 +105,7 @@ Pair pair_of(const Model& model, const GivenSite& first, const GivenSite& other,
 }
 
 Held& new_held(GivenScene& self, Held::Kind kind, int count) {
+    self.check_unused();
     Held held;
     held.kind = kind;
     held.count = count;
@@ -138,6 +139,7 @@ void hold_speeds(GivenScene& self, int count, const Terms& terms, int stop) {
 // What the rows want: velocities after, or that these stay; see ImpactProblem for the rest.
 void set_rows(GivenScene& self, std::vector<double> velocity, const std::vector<bool>& kept,
               std::vector<int> vectors, const std::vector<bool>& passive, std::vector<int> locks) {
+    self.check_unused();
     std::size_t rows = 0;
     for (const Held& held : self.scene.held) rows += held.count;
     if (velocity.size() != rows || kept.size() != rows || vectors.size() != rows ||
@@ -154,6 +156,7 @@ void set_rows(GivenScene& self, std::vector<double> velocity, const std::vector<
 }
 
 Contact& new_contact(GivenScene& self, Contact::Kind kind) {
+    self.check_unused();
     self.scene.contacts.emplace_back();
     self.scene.contacts.back().kind = kind;
     return self.scene.contacts.back();
@@ -208,6 +211,7 @@ void touch_bodies(GivenScene& self, const GivenSite& first, const GivenSite& oth
 }
 
 void set_ellipse(GivenScene& self, int body, const Array& along) {
+    self.check_unused();
     check_body(self.model, body);
     if (self.scene.contacts.empty()) throw nb::value_error("ellipse: there is no contact");
     Contact& contact = self.scene.contacts.back();

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit._core import instruction_sets, use_instruction_set
+from impulsekit._core import add_kick, instruction_sets, use_instruction_set
+from impulsekit.batch.program import program_of
 
 from ..batch.compare import random_states
 
@@ -77,4 +78,19 @@ def test_ctrl_c_ends_a_batch(solo):
         over.set()
         presses.join()
         signal.signal(signal.SIGINT, before)
+    assert ik.solve_batch(scene, q, v).valid.all()
+
+
+def test_a_scene_is_not_changed_while_a_batch_reads_it(solo):
+    flats = []
+
+    def of_speed(speed):
+        for change in (lambda: flats[0].touch_stop(7, 6, 0.0, 1.0), lambda: add_kick(flats[0], 6)):
+            with pytest.raises(ValueError, match="batch that runs now"):
+                change()
+        return 0.5
+
+    scene = ik.Scene(solo, contacts=[ik.Contact("FL_FOOT", restitution=of_speed)])
+    flats.append(program_of(scene).flat.core)
+    q, v = random_states(solo, 5)
     assert ik.solve_batch(scene, q, v).valid.all()
