@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 
 import numpy as np
@@ -234,10 +235,8 @@ def test_a_xacro_file_runs_nothing_unless_asked(tmp_path, read, monkeypatch):
 def test_a_long_text_takes_time_in_proportion(text, tmp_path):
     """A search that begins anew at every character would take hours."""
     (tmp_path / "long.urdf").write_text(text)
-    try:
+    with contextlib.suppress(UrdfError):
         ik.Robot.from_file(tmp_path / "long.urdf")
-    except UrdfError:
-        pass
 
 
 def test_other_formats_are_told_with_their_reader():
