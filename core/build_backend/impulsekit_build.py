@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import stat
@@ -22,6 +23,28 @@ COMPILERS = ("c++", "g++", "clang++")
 ZIG = "ziglang>=0.13"
 
 
+# Where PyPI has wheels of Pinocchio: the newest Python, and no Windows.
+NEWEST_PYTHON = (3, 14)
+
+
+def check_platform() -> None:
+    """Say where Pinocchio cannot be installed from PyPI, before pip searches for it in vain."""
+    if os.environ.get("CONDA_BUILD") or importlib.util.find_spec("pinocchio"):
+        return
+    if sys.platform == "win32":
+        raise SystemExit(
+            "impulsekit needs Pinocchio, which has no wheels for Windows: use WSL, or conda with "
+            "Pinocchio from conda-forge (docs/install.md)"
+        )
+    if sys.version_info[:2] > NEWEST_PYTHON:
+        newest = ".".join(map(str, NEWEST_PYTHON))
+        raise SystemExit(
+            f"impulsekit needs Pinocchio, which has no wheels yet for Python "
+            f"{sys.version_info[0]}.{sys.version_info[1]}: use Python 3.11 to {newest}, or conda "
+            "with Pinocchio from conda-forge (docs/install.md)"
+        )
+
+
 def has_compiler() -> bool:
     """Return whether a C++ compiler is set or on the path."""
     return bool(os.environ.get("CXX")) or any(map(shutil.which, COMPILERS))
@@ -29,12 +52,14 @@ def has_compiler() -> bool:
 
 def get_requires_for_build_wheel(settings: Any = None) -> list[str]:
     """Return what building a wheel needs besides pyproject's list."""
+    check_platform()
     required: list[str] = backend.get_requires_for_build_wheel(settings)
     return required if has_compiler() else [*required, ZIG]
 
 
 def get_requires_for_build_editable(settings: Any = None) -> list[str]:
     """Return what an editable install needs besides pyproject's list."""
+    check_platform()
     required: list[str] = backend.get_requires_for_build_editable(settings)
     return required if has_compiler() else [*required, ZIG]
 
