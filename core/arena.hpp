@@ -1,5 +1,5 @@
-// Scratch memory for one call: taken piece by piece, given back all at once, never freed between
-// calls, so that inner loops do not allocate.
+// Scratch memory for one call: taken piece by piece, given back all at once, kept between calls up
+// to a limit, so that inner loops do not allocate.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,13 @@ namespace impulsekit {
 class Arena {
   public:
     // Zeroed room for `count` numbers, valid until the mark before it is released.
-    double* take(int count) {
-        std::size_t size = static_cast<std::size_t>(std::max(count, 1));
+    double* take(std::size_t count) {
+        const std::size_t size = std::max(count, std::size_t{1});
         while (chunk_ < chunks_.size() && used_ + size > chunks_[chunk_].size) next();
         if (chunk_ == chunks_.size()) {
             std::size_t room = std::max(size, kChunk);
             chunks_.push_back({std::make_unique<double[]>(room), room});
+            owned_ += room;
         }
         double* start = chunks_[chunk_].data.get() + used_;
         used_ += size;
@@ -25,7 +26,10 @@ class Arena {
         return start;
     }
 
-    int* take_int(int count) {
+    // A matrix; its size as a product of integers could overflow.
+    double* take(std::size_t rows, std::size_t columns) { return take(rows * columns); }
+
+    int* take_int(std::size_t count) {
         static_assert(sizeof(int) <= sizeof(double), "integers are kept in rooms of doubles");
         return reinterpret_cast<int*>(take(count));
     }
@@ -37,6 +41,7 @@ class Arena {
         ~Scope() {
             arena_.chunk_ = chunk_;
             arena_.used_ = used_;
+            if (chunk_ == 0 && used_ == 0) arena_.release_excess();
         }
         Scope(const Scope&) = delete;
         Scope& operator=(const Scope&) = delete;
@@ -51,15 +56,20 @@ class Arena {
         std::unique_ptr<double[]> data;
         std::size_t size;
     };
-    static constexpr std::size_t kChunk = 1 << 14;
+    // Numbers of a chunk, and how many are kept when nothing is in use: 128 kB and 16 MB.
+    static constexpr std::size_t kChunk = std::size_t{1} << 14, kKept = std::size_t{1} << 21;
 
     void next() {
         ++chunk_;
         used_ = 0;
     }
 
+    void release_excess() {
+        for (; owned_ > kKept; chunks_.pop_back()) owned_ -= chunks_.back().size;
+    }
+
     std::vector<Chunk> chunks_;
-    std::size_t chunk_ = 0, used_ = 0;
+    std::size_t chunk_ = 0, used_ = 0, owned_ = 0;
 };
 
 // The scratch memory of this thread.

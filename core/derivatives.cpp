@@ -154,7 +154,7 @@ void Derivation::set(const Differentiated& given) {
         held_->fill(unit.data(), filling_.data() + r * nv_);
     }
     inertias_.resize(scene_.model->bodies.size());
-    for (std::size_t k = 1; k < inertias_.size(); ++k)
+    for (int k = 1; k < static_cast<int>(inertias_.size()); ++k)
         inertias_[k] = given.tree->in_world(k, inertia_of<double>(scene_.model->bodies[k]));
     for (std::size_t i = 0; i < scene_.loads.size() && given.masses; ++i) {
         const Load& load = scene_.loads[i];

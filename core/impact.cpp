@@ -9,6 +9,7 @@
 #include "laws/dense.hpp"
 #include "laws/simultaneous.hpp"
 #include "laws/tolerances.hpp"
+#include "poll.hpp"
 
 namespace impulsekit {
 namespace {
@@ -31,11 +32,7 @@ class Impact {
           nv_(problem.nv),
           m_(problem.bilateral),
           rows_(problem.contact.rows()),
-          scope_(scratch()) {
-        M_ = scratch().take(nv_ * nv_);
-        for (int i = 0; i < nv_; ++i)
-            for (int j = 0; j <= i; ++j) M_[i * nv_ + j] = M_[j * nv_ + i] = p_.M[i * nv_ + j];
-    }
+          scope_(scratch()) {}
 
     void solve() {
         s_.failure = ImpactSolution::Failure::none;
@@ -46,6 +43,14 @@ class Impact {
         s_.unique.assign(m_, 1);
         s_.before.assign(rows_, 0.0);
         s_.contact = ContactSolution();
+        s_.contact.refused = refusal_of_size(std::max({nv_, m_, rows_}));
+        if (!s_.contact.refused.empty()) {
+            s_.failure = ImpactSolution::Failure::refused;
+            return;
+        }
+        M_ = scratch().take(nv_, nv_);
+        for (int i = 0; i < nv_; ++i)
+            for (int j = 0; j <= i; ++j) M_[i * nv_ + j] = M_[j * nv_ + i] = p_.M[i * nv_ + j];
         for (int r = 0; r < rows_; ++r) s_.before[r] = dot(p_.J + r * nv_, p_.v, nv_);
         leave_untouched();
         if (!factor_mass() || !hold() || !touch()) return;
@@ -151,18 +156,20 @@ class Impact {
             mass_->mass().rest(s_.dv.data());
             return true;
         }
-        half_contacts_ = scratch().take(rows_ * nv_);
-        double *left = scratch().take(rows_ * nv_), *free = scratch().take(rows_);
+        half_contacts_ = scratch().take(rows_, nv_);
+        double *left = scratch().take(rows_, nv_), *free = scratch().take(rows_);
         std::copy(p_.J, p_.J + rows_ * nv_, half_contacts_);
         for (int r = 0; r < rows_; ++r) mass_->mass().half(half_contacts_ + r * nv_);
         std::copy(half_contacts_, half_contacts_ + rows_ * nv_, left);
         for (int r = 0; r < rows_; ++r)
             free[r] = s_.before[r] + dot(half_contacts_ + r * nv_, start_, nv_);
         leave_held(left, free);
-        W_ = scratch().take(rows_ * rows_);
-        for (int i = 0; i < rows_; ++i)
+        W_ = scratch().take(rows_, rows_);
+        for (int i = 0; i < rows_; ++i) {
+            poll(i, nv_);
             for (int j = 0; j <= i; ++j)
                 W_[i * rows_ + j] = W_[j * rows_ + i] = dot(left + i * nv_, left + j * nv_, nv_);
+        }
         ContactProblem contact = p_.contact;
         contact.W = W_;
         contact.before = s_.before.data();

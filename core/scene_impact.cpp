@@ -28,7 +28,7 @@ void solve_scene(const Scene& scene, const ContactLaw& law, const double* q, con
     Tree<double> tree(*scene.model);
     tree.place(q);
     tree.weigh();
-    impact.M.resize(nv * nv);
+    impact.M.resize(static_cast<std::size_t>(nv) * static_cast<std::size_t>(nv));
     tree.mass_matrix(impact.M.data());
     Rows<double> rows(scene);
     rows.fill(tree, q, v, &given);

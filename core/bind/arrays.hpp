@@ -28,6 +28,12 @@ const T* data_of(const nb::ndarray<const T, nb::c_contig, nb::device::cpu>& arra
     return array.data();
 }
 
+// Run Python's handlers of signals that came, such as Ctrl-C, and throw what they raise.
+inline void raise_signals() {
+    const nb::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+}
+
 // A new array of Python's that owns a copy.
 template <typename Source>
 auto array_of(const Source& values) {

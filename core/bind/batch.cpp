@@ -208,8 +208,8 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     const InUse in_use(self);
     const nb::gil_scoped_release release;
     functions.solve_rows(batch, threads, [&](int done) {
+        raise_signals();
         const nb::gil_scoped_acquire hold;
-        if (PyErr_CheckSignals() != 0) throw nb::python_error();
         if (!tell.is_none()) tell(done);
     });
 }

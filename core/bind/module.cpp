@@ -1,6 +1,9 @@
 // The module impulsekit._core: only files of this folder know Python.
 #include <nanobind/nanobind.h>
 
+#include "bind/arrays.hpp"
+#include "poll.hpp"
+
 namespace nb = nanobind;
 
 void bind_laws(nb::module_& module);
@@ -16,6 +19,7 @@ void bind_motion(nb::module_& module);
 NB_MODULE(_core, module) {
     // Scenes with functions of Python's may live until the interpreter ends.
     nb::set_leak_warnings(false);
+    impulsekit::set_look_for_signals(impulsekit::raise_signals);
     module.doc() = "The compiled core of impulsekit.";
     bind_laws(module);
     bind_impact(module);

@@ -5,6 +5,7 @@
 
 #include "laws/dense.hpp"
 #include "laws/tolerances.hpp"
+#include "poll.hpp"
 
 namespace impulsekit {
 
@@ -36,6 +37,7 @@ BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vecto
     for (int k = 0; k < m; ++k) {
         int best = k;
         double longest = -1.0;
+        poll(m - k, nv, 2);
         for (int i = k; i < m; ++i) {
             const double* x = rows.data() + order_[i] * nv;
             double size = dot(x, x, nv);

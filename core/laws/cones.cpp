@@ -5,6 +5,7 @@
 
 #include "laws/dense.hpp"
 #include "laws/tolerances.hpp"
+#include "poll.hpp"
 
 namespace impulsekit {
 namespace {
@@ -99,7 +100,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
             s.unit[s.rows++] = unit;
         }
     }
-    s.A = arena.take(s.rows * s.rows);
+    s.A = arena.take(s.rows, s.rows);
     s.b = arena.take(s.rows);
     double fastest = 0.0;
     for (int i = 0; i < s.rows; ++i) {
@@ -208,7 +209,7 @@ double residual_of(const System& s, const double* P, Arena& arena) {
 bool newton(const System& s, const double* A, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *xi = arena.take(m), *F = arena.take(m), *J = arena.take(m * m), *step = arena.take(m);
+    double *xi = arena.take(m), *F = arena.take(m), *J = arena.take(m, m), *step = arena.take(m);
     double *trial = arena.take(m), *best = arena.take(m);
     int* pivot = arena.take_int(m);
     double recent[kMemory];
@@ -223,6 +224,7 @@ bool newton(const System& s, const double* A, double* P, int& steps, Arena& aren
     bool polished = false;
     for (int count = 0; count < kNewtonSteps; ++count, ++steps) {
         double size = std::max(1.0, largest(P, m));
+        poll(m, m, 1 + kHalvings);
         if (norm <= tolerance::rounding * tolerance::rounding * size * size) break;
         natural_map_derivative(s, A, P, xi, J);
         if (!factor_lu(J, m, pivot)) break;
@@ -270,6 +272,7 @@ void sweep(const System& s, const double* A, double* P, int count) {
         for (int j = 0; j < size; ++j) P[f + j] = share * trial[j];
     };
     for (int round = 0; round < count; ++round) {
+        poll(m, m);
         for (int c = 0; c < s.contacts; ++c) {
             int r = s.normal[c];
             double xi = s.b[r] + dot(A + r * m, P, m);
@@ -289,7 +292,7 @@ void add_to_diagonal(const System& s, double compliance, double* A) {
 bool solve_from(const System& s, const double* A, double* P, int& steps, Arena& arena) {
     if (newton(s, A, P, steps, arena)) return true;
     Arena::Scope scope(arena);
-    double* soft = arena.take(s.rows * s.rows);
+    double* soft = arena.take(s.rows, s.rows);
     std::fill(P, P + s.rows, 0.0);
     for (double compliance = 1.0; compliance > 1e-8; compliance *= 0.1) {
         std::copy(A, A + s.rows * s.rows, soft);
@@ -324,7 +327,7 @@ int held_rows(const System& s, const double* P, const double* xi, int* held) {
 bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *soft = arena.take(m * m), *softer = arena.take(m);
+    double *soft = arena.take(m, m), *softer = arena.take(m);
     add_to_diagonal(s, 2.0 * tolerance::compliance, soft);
     bool solved = solve_from(s, soft, P, steps, arena);
     std::copy(P, P + m, softer);
@@ -365,7 +368,7 @@ void start_without_noise(const System& s, double* P, int& steps, Arena& arena) {
 void find_shares(const System& s, const double* P, double* shares, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *xi = arena.take(m), *own = arena.take(m * m), *projector = arena.take(m * m);
+    double *xi = arena.take(m), *own = arena.take(m, m), *projector = arena.take(m, m);
     int *held = arena.take_int(m), *order = arena.take_int(m);
     multiply(s.A, m, P, s.b, xi);
     int count = held_rows(s, P, xi, held);
@@ -389,7 +392,7 @@ bool start_sticking(const System& s, double* P, Arena& arena) {
         if (c < 0 || s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0)
             for (int j = 0; j < s.size[k]; ++j) rows[count++] = s.first[k] + j;
     }
-    double *factor = arena.take(count * count), *x = arena.take(count);
+    double *factor = arena.take(count, count), *x = arena.take(count);
     for (int i = 0; i < count; ++i) {
         x[i] = -s.b[rows[i]];
         for (int j = 0; j < count; ++j) factor[i * count + j] = s.A[rows[i] * s.rows + rows[j]];

@@ -242,6 +242,8 @@ ContactSolution solve_adhesive(const ContactProblem& problem,
 }
 
 std::string refusal_of(const ContactProblem& problem, const Law& law) {
+    const std::string size = refusal_of_size(problem.rows());
+    if (!size.empty()) return size;
     if (law.slip == Slip::end && law.restitution == Restitution::newton) return "";
     const char* names[] = {"newton", "poisson", "stronge", "lzb"};
     for (int i = 0; i < problem.contacts; ++i)
@@ -274,6 +276,15 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
 }
 
 }  // namespace
+
+std::string refusal_of_size(int rows) {
+    constexpr int kMost = 20000;
+    if (rows <= kMost) return "";
+    return "contacts and constraints: " + std::to_string(rows) +
+           " rows act at once (three of each contact), the limit is " + std::to_string(kMost) +
+           "; leave out redundant contacts, or solve the parts of the scene that do not act on "
+           "each other one by one";
+}
 
 ContactSolution solve_contacts(const ContactProblem& problem, const Law& law) {
     ContactSolution refusal;

@@ -3,7 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "poll.hpp"
+
 namespace impulsekit {
+namespace {
+
+// So many columns of a factorization are done between two counts of its work.
+constexpr int kColumns = 64;
+
+}  // namespace
 
 bool factor_lu(double* a, int n, int* pivot) {
     for (int k = 0; k < n; ++k) {
@@ -11,6 +19,7 @@ bool factor_lu(double* a, int n, int* pivot) {
         for (int i = k + 1; i < n; ++i)
             if (std::abs(a[i * n + k]) > std::abs(a[best * n + k])) best = i;
         pivot[k] = best;
+        if (k % kColumns == kColumns - 1) poll(n - k, n - k, kColumns);
         if (!(std::abs(a[best * n + k]) > 0.0)) return false;
         if (best != k) std::swap_ranges(a + k * n, a + (k + 1) * n, a + best * n);
         const double* upper = a + k * n;
@@ -40,6 +49,7 @@ int factor_pivoted(double* a, int n, int* order, double tolerance) {
             if (a[r * n + r] * first[s] > a[s * n + s] * first[r]) best = i;
         }
         std::swap(order[k], order[best]);
+        if (k % kColumns == kColumns - 1) poll(n - k, n - k, kColumns);
         int p = order[k];
         if (!(a[p * n + p] > tolerance * first[p])) return k;
         double root = std::sqrt(a[p * n + p]);
@@ -76,7 +86,7 @@ void null_projector(const double* l, const int* order, int n, int rank, double* 
     int count = n - rank;
     if (count == 0) return;
     Arena::Scope scope(arena);
-    double* basis = arena.take(count * n);
+    double* basis = arena.take(count, n);
     for (int k = 0; k < count; ++k) {
         double* x = basis + k * n;
         x[order[rank + k]] = 1.0;
@@ -94,11 +104,13 @@ void null_projector(const double* l, const int* order, int n, int rank, double* 
             }
         double length = std::sqrt(dot(x, x, n));
         for (int i = 0; i < n; ++i) x[i] /= length;
+        poll(n, rank + k);
     }
     for (int k = 0; k < count; ++k) {
         const double* x = basis + k * n;
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) projector[i * n + j] += x[i] * x[j];
+        poll(n, n);
     }
 }
 

@@ -6,6 +6,7 @@
 #include "laws/cones.hpp"
 #include "laws/dense.hpp"
 #include "laws/tolerances.hpp"
+#include "poll.hpp"
 #include "steps/stepper.hpp"
 
 namespace impulsekit {
@@ -14,8 +15,10 @@ namespace {
 constexpr int kMostSteps = 4000, kMostChanges = 400;
 // Error of a step, in units in which velocities and mobilities are of size 1.
 constexpr double kError = 1e-13;
-// The longest step, and how near to a change its polynomial leads, in parts of the step.
+// The longest step, and how near to a change its polynomial leads, in parts of the step: what so
+// many halvings of it come to.
 constexpr double kLongest = 1e3, kNearly = 1e-6;
+constexpr int kHalvings = 20;
 // A change of what a contact does is found to this.
 constexpr double kCrossed = 1e-13;
 // Slip below this keeps the direction in which it began or ends.
@@ -112,6 +115,7 @@ class Waves {
 
     // dy/dt at y; velocities and forces are left in u_ and force_.
     void rates(const double* y, double* dy) {
+        poll(rows_, rows_);
         velocities(y);
         std::fill(force_.begin(), force_.end(), 0.0);
         bool solves = false;
@@ -142,7 +146,7 @@ class Waves {
     void hold_still() {
         Arena::Scope scope(scratch());
         int *held = scratch().take_int(rows_), *pivot = scratch().take_int(rows_);
-        double *way = scratch().take(rows_ * rows_), *unit = scratch().take(rows_);
+        double *way = scratch().take(rows_, rows_), *unit = scratch().take(rows_);
         int count = 0;
         double strongest = 0.0;
         for (int i = 0; i < n_; ++i)
@@ -167,7 +171,7 @@ class Waves {
                 held[count++] = 3 * i + k;
             }
         }
-        double *A = scratch().take(count * count), *lu = scratch().take(count * count);
+        double *A = scratch().take(count, count), *lu = scratch().take(count, count);
         double *right = scratch().take(count), *x = scratch().take(count),
                *more = scratch().take(count);
         double size = 0.0;
@@ -318,7 +322,7 @@ class Waves {
     void shorten(Stepper& stepper, const Stepper::Rate& f, Step& step, std::vector<double>& next) {
         double low = step.start, high = step.end;
         const double length = high - low;
-        while (high - low > kNearly * length) {
+        for (int count = 0; count < kHalvings; ++count) {
             const double middle = 0.5 * (low + high);
             step.at(middle, next.data());
             (is_past(next) ? high : low) = middle;

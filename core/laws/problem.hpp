@@ -63,6 +63,10 @@ struct ContactSolution {
     std::string refused;  // what the law does not accept, with {i} the number of a contact
 };
 
+// Why a problem of so many rows is not accepted; "" where it is. Below the limit products of two
+// sizes are integers, and a matrix of them is memory that machines have.
+std::string refusal_of_size(int rows);
+
 // The impulses of all contacts of one instant under a law.
 ContactSolution solve_contacts(const ContactProblem& problem, const Law& law);
 

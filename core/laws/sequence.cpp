@@ -7,6 +7,7 @@
 #include "laws/path.hpp"
 #include "laws/simultaneous.hpp"
 #include "laws/tolerances.hpp"
+#include "poll.hpp"
 
 namespace impulsekit {
 namespace {
@@ -46,6 +47,7 @@ class Sequence {
         int look = kLong;
         for (int count = 0;; ++count) {
             solution_.iterations = count;
+            poll(rows_, rows_);
             int found = fastest();
             if (found < 0) break;
             if (!moves(found)) {

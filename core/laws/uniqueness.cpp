@@ -33,7 +33,8 @@ class Search {
           xi_(problem.free, problem.free + rows_) {
         if (law.restitution == Restitution::newton) add_newtons_shift(problem, xi_.data());
         group_.assign(problem.contacts, -1);
-        for (std::size_t g = 0; g < cones_.contact.size(); ++g) group_[cones_.contact[g]] = g;
+        for (int g = 0; g < static_cast<int>(cones_.contact.size()); ++g)
+            group_[cones_.contact[g]] = g;
         velocities(shown_.data(), after_shown_);
     }
 
@@ -96,7 +97,7 @@ class Search {
             }
         }
         const int m = static_cast<int>(used.size());
-        double *W = scratch().take(m * m), *factor = scratch().take(m * m);
+        double *W = scratch().take(m, m), *factor = scratch().take(m, m);
         double* column = scratch().take(m);
         int* order = scratch().take_int(m);
         double size = 0.0, inverse = 0.0;
@@ -247,7 +248,7 @@ class Search {
     void try_mode(const std::vector<Mode>& modes, bool exact) {
         Arena::Scope scope(scratch());
         int *held = scratch().take_int(rows_), *pivot = scratch().take_int(rows_);
-        double* way = scratch().take(rows_ * rows_);
+        double* way = scratch().take(rows_, rows_);
         int count = 0;
         for (int i = 0; i < p_.contacts; ++i) {
             if (modes[i] == Mode::open) continue;
@@ -270,7 +271,7 @@ class Search {
             for (int k = 0; k < 2 && length > 0.0; ++k)
                 along[3 * i + k] = sign * p_.friction[i] * s[k] / length;
         }
-        double *A = scratch().take(count * count), *x = scratch().take(count);
+        double *A = scratch().take(count, count), *x = scratch().take(count);
         for (int a = 0; a < count; ++a) {
             x[a] = -xi_[held[a]];
             for (int b = 0; b < count; ++b)

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
+from benchmarks.stress.bodies import Link, robot_of
 from tests.conformance.waves import waves
 
 from .rows import in_own_rows, solved_rows
@@ -137,3 +138,27 @@ def test_a_support_that_parts_and_is_met_again_is_refused():
     with pytest.raises(ik.errors.InputError, match=r"contact 1 .* met again at .* m/s"):
         ik.solve(scene, box.neutral(), v)
     assert not ik.solve_batch(scene, box.neutral()[None], v).valid[0]
+
+
+def test_a_change_between_neighbouring_times_ends_its_search():
+    """Steps of a wave may come down to two neighbouring doubles; their middle is one of them."""
+    rng = np.random.default_rng(18)
+    size, mass = rng.uniform(0.1, 1.0, 3), 10.0 ** rng.uniform(-1.0, 1.0)
+    box = robot_of([Link(-1, mass, tuple(size))], "freeflyer")
+
+    def contact():
+        corner = [*(rng.choice([-0.5, 0.5], 2) * size[:2]), -0.5 * size[2]]
+        at = corner if rng.random() < 0.5 else rng.uniform(-0.5, 0.5, 3) * size
+        normal = [0, 0, 1] if rng.random() < 0.7 else rng.normal(size=3)
+        e, mu = rng.choice([0, 0.3, 0.5, 0.8, 1]), rng.choice([0, 0.2, 0.5, 1, 2.0])
+        return ik.Contact(
+            "link_0", at=list(at), normal=list(normal), restitution=float(e), friction=float(mu),
+            stiffness=float(10.0 ** rng.uniform(2.0, 6.0)),
+        )  # fmt: skip
+
+    contacts = [contact() for _ in range(rng.choice([2, 3, 4, 6]))]
+    v = rng.normal(size=6)
+    v[2] = -abs(v[2])
+    impact = ik.solve(ik.Scene(box, contacts=contacts, law=LZB), box.neutral(), v)
+    assert impact.status in (ik.Status.SOLVED, ik.Status.NOT_CONVERGED)
+    assert impact.residuals.momentum < 1e-12
