@@ -321,7 +321,8 @@ class Impact {
         add(p_.J, rows_, s_.contact.impulse.data());
         s_.momentum_residual = 0.0;
         for (int i = 0; i < nv_; ++i) {
-            double own = size[i] + std::sqrt(std::max(twice, 0.0) * M_[i * nv_ + i]);
+            // Of inertias that no body has either may be negative: then they measure nothing.
+            double own = size[i] + std::sqrt(std::max(twice * M_[i * nv_ + i], 0.0));
             if (own > 0.0)
                 s_.momentum_residual = std::max(s_.momentum_residual, std::abs(left[i]) / own);
         }

@@ -52,7 +52,9 @@ def momentum_residual(impact: Answer) -> float:
     difference = np.abs(mass_matrix @ impact.dv - impact.generalized_impulse)
     # Each row of I is itself a sum; the largest share of an impulse in it sets its rounding.
     scale = np.abs(mass_matrix) @ np.abs(impact.dv) + impact.mechanics.impulse_scale()
-    scale += np.sqrt(np.diagonal(mass_matrix) * impact.mechanics.carried_energy(impact.dv))
+    # Of inertias that no body has either may be negative: then they measure nothing.
+    carried = np.diagonal(mass_matrix) * impact.mechanics.carried_energy(impact.dv)
+    scale += np.sqrt(np.where(carried < 0.0, 0.0, carried))
     # A NaN is no zero: it has to show.
     rows = ~(scale == 0.0)
     return float(np.max(difference[rows] / scale[rows], initial=0.0))
