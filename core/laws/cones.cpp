@@ -27,6 +27,7 @@ struct System {
     int* normal = nullptr;       // (contacts)
     int* owner = nullptr;        // (contacts) number of the given contact
     double* floor = nullptr;     // (contacts)
+    double* adhesion = nullptr;  // (contacts)
     int* first = nullptr;        // (groups)
     int* size = nullptr;         // (groups)
     int* contact = nullptr;      // (groups)
@@ -59,6 +60,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
     s.normal = arena.take_int(n);
     s.owner = arena.take_int(n);
     s.floor = arena.take(n);
+    s.adhesion = arena.take(n);
     s.first = arena.take_int(g);
     s.size = arena.take_int(g);
     s.contact = arena.take_int(g);
@@ -111,22 +113,26 @@ System build_system(const double* W, int rows, const double* b, double scale, co
     }
     for (int c = 0; c < s.contacts; ++c) {
         s.floor[c] = cones.floor[s.owner[c]] / s.unit[s.normal[c]];
+        s.adhesion[c] = cones.adhesion[s.owner[c]] / s.unit[s.normal[c]];
         fastest = std::max(fastest, s.floor[c]);
     }
     s.velocity = fastest > 0.0 ? fastest : 1.0;
     for (int i = 0; i < s.rows; ++i) s.b[i] /= s.velocity;
-    for (int c = 0; c < s.contacts; ++c) s.floor[c] /= s.velocity;
+    for (int c = 0; c < s.contacts; ++c) {
+        s.floor[c] /= s.velocity;
+        s.adhesion[c] /= s.velocity;
+    }
     for (int k = 0; k < s.groups; ++k)
         if (s.contact[k] < 0) s.friction[k] /= s.velocity;
     return s;
 }
 
-// The largest |P_g| of a group: µ times the normal impulse that P − ξ is projected to.
+// The largest |P_g| of a group: µ times A and the normal impulse that P − ξ is projected to.
 double radius_of(const System& s, int group, const double* P, const double* xi) {
     const int c = s.contact[group];
     if (c < 0) return s.friction[group];
     const int n = s.normal[c];
-    return s.friction[group] * std::max(s.floor[c], P[n] - xi[n]);
+    return s.friction[group] * (std::max(s.floor[c], P[n] - xi[n]) + s.adhesion[c]);
 }
 
 // F of the natural map (Alart & Curnier 1991): P − Π(P − ξ), zero where P obeys the law.
@@ -267,7 +273,7 @@ void sweep(const System& s, const double* A, double* P, int count) {
             double slip = s.b[f + j] + dot(A + (f + j) * m, P, m);
             trial[j] = P[f + j] - slip / (mobility > 0.0 ? mobility : 1.0);
         }
-        double radius = c < 0 ? s.friction[k] : s.friction[k] * P[s.normal[c]];
+        double radius = s.friction[k] * (c < 0 ? 1.0 : P[s.normal[c]] + s.adhesion[c]);
         double length = hypot_of(trial, size), share = length > radius ? radius / length : 1.0;
         for (int j = 0; j < size; ++j) P[f + j] = share * trial[j];
     };
@@ -379,17 +385,20 @@ void find_shares(const System& s, const double* P, double* shares, Arena& arena)
     for (int i = 0; i < count; ++i) shares[held[i]] = projector[i * count + i];
 }
 
-// What approaches sticks, the rest is open, as one factorization gives it; false where the rows
-// that approach are of lower rank.
+// What approaches or adheres sticks, the rest is open, as one factorization gives it; false where
+// the rows that approach are of lower rank.
 bool start_sticking(const System& s, double* P, Arena& arena) {
     Arena::Scope scope(arena);
     int *rows = arena.take_int(s.rows), *order = arena.take_int(s.rows);
     int count = 0;
+    const auto acts = [&](int c) {
+        return s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0 || s.adhesion[c] > 0.0;
+    };
     for (int c = 0; c < s.contacts; ++c)
-        if (s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0) rows[count++] = s.normal[c];
+        if (acts(c)) rows[count++] = s.normal[c];
     for (int k = 0; k < s.groups; ++k) {
         int c = s.contact[k];
-        if (c < 0 || s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0)
+        if (c < 0 || acts(c))
             for (int j = 0; j < s.size[k]; ++j) rows[count++] = s.first[k] + j;
     }
     double *factor = arena.take(count, count), *x = arena.take(count);
@@ -415,9 +424,12 @@ void clear_open(const System& s, double* P, Arena& arena) {
             for (int j = 0; j < s.size[k]; ++j) P[s.first[k] + j] = 0.0;
 }
 
-void write_back(const System& s, const double* own, int rows, double* P) {
+// P in the units that were given; what is at its floor to the last digit.
+void write_back(const System& s, const Cones& cones, const double* own, int rows, double* P) {
     std::fill(P, P + rows, 0.0);
     for (int i = 0; i < s.rows; ++i) P[s.source[i]] = own[i] * s.unit[i] * s.velocity;
+    for (int c = 0; c < s.contacts; ++c)
+        if (own[s.normal[c]] == s.floor[c]) P[s.source[s.normal[c]]] = cones.floor[s.owner[c]];
 }
 
 }  // namespace
@@ -447,7 +459,7 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
                 for (int j = 0; j < s.size[k]; ++j) share += shares[s.first[k] + j];
         solution.unique[s.owner[c]] = share <= tolerance::shared;
     }
-    write_back(s, own, rows, P);
+    write_back(s, cones, own, rows, P);
     return solution;
 }
 
@@ -470,7 +482,7 @@ void newton_on_cones(const double* W, int rows, const double* b, double scale, c
     for (int i = 0; i < s.rows; ++i) own[i] = P[s.source[i]] / (s.unit[i] * s.velocity);
     int steps = 0;
     newton(s, s.A, own, steps, arena);
-    write_back(s, own, rows, P);
+    write_back(s, cones, own, rows, P);
 }
 
 }  // namespace impulsekit

@@ -72,7 +72,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
         for (int i = 0; i < n; ++i)
             if (island[i] == number) members.push_back(i);
         const int own = static_cast<int>(members.size());
-        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(4 * own);
+        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(5 * own);
         for (int a = 0; a < own; ++a) {
             for (int k = 0; k < 3; ++k) {
                 int r = 3 * members[a] + k;
@@ -87,6 +87,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
             numbers[own + a] = problem.friction[members[a]];
             numbers[2 * own + a] = problem.tangential[members[a]];
             numbers[3 * own + a] = problem.stiffness ? problem.stiffness[members[a]] : 0.0;
+            numbers[4 * own + a] = problem.adhesion ? problem.adhesion[members[a]] : 0.0;
         }
         ContactProblem part;
         part.contacts = own;
@@ -97,6 +98,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
         part.friction = numbers.data() + own;
         part.tangential = numbers.data() + 2 * own;
         part.stiffness = problem.stiffness ? numbers.data() + 3 * own : nullptr;
+        part.adhesion = problem.adhesion ? numbers.data() + 4 * own : nullptr;
         ContactSolution found = solve_plain(part, law);
         if (!found.refused.empty()) return found;
         for (int a = 0; a < own; ++a) {
@@ -187,7 +189,7 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
     return refusal;
 }
 
-// A law whose coefficients are numbers, on contacts that neither adhere nor resist turning.
+// A law whose coefficients are numbers.
 ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
     if (law.order == Order::sequential) return solve_sequence(problem, law);
     if (law.restitution == Restitution::lzb && problem.contacts > 1)
@@ -206,44 +208,15 @@ ContactSolution solve_numbers(const ContactProblem& problem, const Law& law) {
     return solve_plain(problem, law);
 }
 
-// With P̂ = P + A n the law of a contact that pushes, and µ P̂ its cone: u⁺ = u_free − W A n + W P̂
-// (Moreau's unilateral contact shifted along its normal; Raous, Cangémi & Cocu 1999 for the cone).
-ContactSolution solve_adhesive(const ContactProblem& problem,
-                               const std::function<ContactSolution(const ContactProblem&)>& solve) {
-    const int rows = problem.rows(), n = problem.contacts;
-    std::vector<double> pull(rows, 0.0), free(rows);
-    for (int i = 0; i < n; ++i) pull[3 * i + 2] = -problem.adhesion[i];
-    multiply(problem.W, rows, pull.data(), problem.free, free.data());
-    ContactProblem pushed = problem;
-    pushed.adhesion = nullptr;
-    pushed.free = free.data();
-    ContactSolution found = solve(pushed);
-    double work = 0.0, size = 0.0;
-    for (int i = 0; i < n + problem.turning; ++i) {
-        double own[3];
-        for (int k = 0; k < 3; ++k) {
-            int r = 3 * i + k;
-            found.impulse[r] += pull[r];
-            own[k] = 0.5 * found.impulse[r] * (problem.before[r] + found.after[r]);
-            work += own[k];
-            size += std::abs(own[k]);
-        }
-        found.normal_work[i] = i < n ? own[2] : 0.0;
-        found.friction_work[i] = own[0] + own[1] + (i < n ? 0.0 : own[2]);
-    }
-    found.start.assign(problem.before, problem.before + rows);
-    // Of P̂ the works would count the pull, which nothing exerts.
-    if (found.status == Status::solved || found.status == Status::energy_gain)
-        found.status =
-            gains_energy(found.impulse.data(), problem.before, problem.free, rows, work, size)
-                ? Status::energy_gain
-                : Status::solved;
-    return found;
-}
-
 std::string refusal_of(const ContactProblem& problem, const Law& law) {
     const std::string size = refusal_of_size(problem.rows());
     if (!size.empty()) return size;
+    for (int i = 0; problem.adhesion && i < problem.contacts; ++i)
+        if (problem.adhesion[i] > 0.0 &&
+            !(law.restitution == Restitution::newton && law.slip == Slip::end &&
+              law.order == Order::simultaneous))
+            return "contacts: adhesion belongs to Law(), without words of its own; under other "
+                   "laws it is 0";
     if (law.slip == Slip::end && law.restitution == Restitution::newton) return "";
     const char* names[] = {"newton", "poisson", "stronge", "lzb"};
     for (int i = 0; i < problem.contacts; ++i)
@@ -291,11 +264,8 @@ ContactSolution solve_contacts(const ContactProblem& problem, const Law& law) {
     refusal.refused = refusal_of(problem, law);
     if (!refusal.refused.empty()) return refusal;
     auto plain = [&](const ContactProblem& own) { return solve_numbers(own, law); };
-    auto pushed = [&](const ContactProblem& own) {
-        return own.adhesion ? solve_adhesive(own, plain) : plain(own);
-    };
-    if (problem.models) return solve_with_friction_models(problem, law, pushed);
-    return pushed(problem);
+    if (problem.models) return solve_with_friction_models(problem, law, plain);
+    return plain(problem);
 }
 
 }  // namespace impulsekit

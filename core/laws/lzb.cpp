@@ -221,6 +221,7 @@ class Waves {
             if (normal_[i] == Normal::held) {
                 cones.normal.push_back(3 * i + 2);
                 cones.floor.push_back(0.0);
+                cones.adhesion.push_back(0.0);
             }
             if (tangent_[i] == Tangent::slips) {
                 direction(i, s);

@@ -45,7 +45,9 @@ Cones cones_of(const ContactProblem& problem) {
     const int n = problem.contacts;
     for (int i = 0; i < n; ++i) {
         cones.normal.push_back(3 * i + 2);
-        cones.floor.push_back(0.0);
+        const double pull = problem.adhesion ? problem.adhesion[i] : 0.0;
+        cones.floor.push_back(pull > 0.0 ? -pull : 0.0);
+        cones.adhesion.push_back(pull);
     }
     auto add = [&](int first, int size, int contact, double friction) {
         if (!(friction > tolerance::negligible)) return;

@@ -204,6 +204,7 @@ class RestLaw {
         for (int i = 0; i < p_.points; ++i) {
             cones.normal.push_back(normal(i));
             cones.floor.push_back(0.0);
+            cones.adhesion.push_back(0.0);
         }
         const auto add = [&](int k, int row, int size, int contact, double reach) {
             if (k >= 0 && !holds(k)) return;

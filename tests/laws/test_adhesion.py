@@ -35,6 +35,26 @@ def test_the_cone_counts_the_adhesion():
     assert slips.contacts[0].impulse[0] == pytest.approx(-0.3, rel=1e-12)
 
 
+@pytest.mark.parametrize("adhesion", [1e3, 1e9, 1e15])
+def test_however_much_it_holds_what_it_holds_is_at_rest(adhesion):
+    pad = ik.Contact("ball", adhesion=adhesion, friction=0.3)
+    scene = ik.Scene(BALL, contacts=[pad])
+    v = BALL.velocity(root_joint=[0.7, 0, -1, 0, 0.3, 0])
+    impact = ik.solve(scene, BALL.neutral(), v)
+    assert impact.is_valid() and np.abs(impact.v_after[:3]).max() < 1e-15
+    assert impact.contacts[0].impulse == pytest.approx([-0.7 * MASS, 0, MASS], rel=1e-15)
+    batch = ik.solve_batch(scene, BALL.neutral()[None], v[None])
+    assert batch.valid[0] and batch.v_after[0] == pytest.approx(impact.v_after, abs=1e-15)
+
+
+def test_pads_share_a_pull_evenly_whatever_each_could_hold():
+    pads = [ik.Contact("ball", at=[x, 0, 0], adhesion=a) for x, a in ((0.1, 5.0), (-0.1, 1e9))]
+    scene = ik.Scene(BALL, [ik.AppliedImpulse("ball", linear=[0, 0, 1])], contacts=pads * 2)
+    impact = ik.solve(scene, BALL.neutral(), BALL.velocity())
+    assert impact.is_valid()
+    assert [c.impulse[2] for c in impact.contacts] == pytest.approx([-0.25] * 4, abs=1e-9)
+
+
 def test_a_corner_that_would_lift_is_held_as_by_a_constraint():
     """A bar lands on one end; the pad at its other end holds as if it were pinned, or lets go."""
     rod = ik.Robot.from_urdf("models/rod.urdf", root="freeflyer")
