@@ -231,11 +231,13 @@ class RangeError(InputError):
 class CallbackError(InputError):
     """A user's function raised, or gave no real numbers. Attributes: entry.
 
+    Along a single motion (``simulate``, ``Simulation``) what the function raises comes out itself.
+
     Example:
         >>> from impulsekit import Actuator, Robot, Scene, simulate
         >>> from impulsekit.models import pendulum_urdf
         >>> rod = Robot.from_urdf(pendulum_urdf(1))
-        >>> motor = Actuator("joint_1", lambda t, q, v: 1 / 0)
+        >>> motor = Actuator("joint_1", lambda t, q, v: "strong")
         >>> try:
         ...     _ = simulate(Scene(rod, forces=[motor]), rod.neutral(), rod.velocity(), 0.1)
         ... except CallbackError as error:

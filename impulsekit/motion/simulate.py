@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted, warn_of_setup
 from ..scene import Scene
+from ..scene.functions import let_through
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .followed import Followed, checked_start
@@ -78,7 +79,9 @@ def simulate(
     Raises:
         ShapeError, NotFiniteError, StateError: q or v is not valid.
         RangeError, NotFiniteError: a duration or setting outside its range.
-        CallbackError, ShapeError, NotFiniteError, RangeError: a function of the scene failed.
+        CallbackError, ShapeError, NotFiniteError, RangeError: a function of the scene gave
+            something else than numbers. What it raises itself comes out as it was raised, with
+            a note of where and when.
         InputError: a contact is penetrated at the start, or one has adhesion
             without a holding_force.
         SingularMassError: a joint moves no inertia at the start.
@@ -101,7 +104,8 @@ def simulate(
         np.errstate(over="ignore", invalid="ignore", divide="ignore"),
         _shown(progress, chosen.duration) as tell,
     ):
-        return Followed(scene, q, v, chosen).to_end(times, tell)
+        followed = let_through(lambda: Followed(scene, q, v, chosen), lambda: 0.0)
+        return let_through(lambda: followed.to_end(times, tell), lambda: followed.core.t)
 
 
 @contextmanager

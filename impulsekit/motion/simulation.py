@@ -17,6 +17,7 @@ from ..errors import InputError, RangeError, ShapeError, SolveError, check_kind
 from ..impact import Impact
 from ..robot.arrays import read_only
 from ..scene import Scene
+from ..scene.functions import let_through
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .flat import flat_motion
@@ -53,7 +54,7 @@ def _alone(
                 "this Simulation now; give each thread its own copy()"
             )
         try:
-            return method(self, *args, **kwargs)
+            return let_through(lambda: method(self, *args, **kwargs), lambda: self._followed.core.t)
         finally:
             in_use.release()
 
@@ -115,8 +116,9 @@ class Simulation:
         check_kind(base, MotionSettings, "settings")
         q, v = checked_start(scene, q, v, "Simulation")
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            self._followed = Followed(scene, q, v, base.changed(**changes))
-            self._followed.begin()
+            chosen = base.changed(**changes)
+            self._followed = let_through(lambda: Followed(scene, q, v, chosen), lambda: 0.0)
+            let_through(self._followed.begin, lambda: 0.0)
         self._record, self._t, self._in_use = bool(record), 0.0, Lock()
         self.controls = Controls(scene)
         self._stop_at(0.0)

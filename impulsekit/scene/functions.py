@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
 from ..robot.arrays import read_only
+
+T = TypeVar("T")
 
 
 def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
@@ -27,6 +29,24 @@ def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
             entry=what,
             from_function=True,
         ) from error
+
+
+def let_through(run: Callable[[], T], time: Callable[[], float]) -> T:
+    """Run a motion; what a user's function raises in it comes out as it was raised.
+
+    Args:
+        run: the motion.
+        time: the time that it has reached [s], for the note that the exception gets.
+    """
+    try:
+        return run()
+    except CallbackError as error:
+        own = error.__cause__
+        if own is None:
+            raise
+        own.add_note(f"raised in {error.entry}, in the step of the motion from t = {time():g} s")
+    # Outside of the handler: the exception keeps its own context and cause.
+    raise own
 
 
 def numbers_from(
