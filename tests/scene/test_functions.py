@@ -51,7 +51,7 @@ def test_what_a_function_raises_in_a_motion_comes_out_with_a_note(ball):
         assert blown.__context__ is None and len(blown.__notes__) == count + 1
         assert "engine: linear at t = 0." in blown.__notes__[count]
         assert "in the step of the motion from t = " in blown.__notes__[count]
-    with pytest.raises(errors.CallbackError, match="engine: .*Blown: no fuel") as caught:
+    with pytest.raises(errors.CallbackError, match="Blown: no fuel") as caught:
         ik.simulate_batch(scene, [q, q], v, 1.0)
     assert caught.value.__cause__ is blown
 
