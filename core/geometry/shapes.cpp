@@ -89,6 +89,7 @@ Shape ball_shape(double radius, const Placement& at) {
 Shape capsule_shape(double radius, double half_length, const Placement& at) {
     Shape shape = round_shape(Shape::capsule, radius, at);
     shape.points = {at.act({0, 0, -half_length}), at.act({0, 0, half_length})};
+    shape.edges = {{0, 1}};
     shape.edge_axes = {shape.axis};
     bound(shape, at.origin);
     return shape;

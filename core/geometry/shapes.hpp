@@ -39,7 +39,7 @@ struct Shape {
         double radius = 0.0;
     };
     struct Edge {
-        int start = 0, end = 0;     // corners
+        int start = 0, end = 0;     // corners; of a capsule its ends
         int left = -1, right = -1;  // faces
     };
 

@@ -253,6 +253,40 @@ int face_along(const Shape& shape, const V& direction) {
     return face;
 }
 
+bool is_hull_of_points(const Shape& s) {
+    return s.circles.empty() && s.kind != Shape::ellipsoid && s.kind != Shape::half_space;
+}
+
+// The name of the one point at which two hulls of points touch, by which parts of them do: their
+// nearest points have kinks where one part follows another. False where a corner does.
+bool name_parts(const Pieces& pieces, const PatchPoint& point, const V& n, Feature& found) {
+    const Shape &a = pieces.a, &b = pieces.b;
+    if (!is_hull_of_points(a) || !is_hull_of_points(b)) return false;
+    const auto is_here = [&](const V& at) { return length(at - point.point) <= kOnePoint; };
+    const std::vector<char> all[2] = {std::vector<char>(a.points.size(), 1),
+                                      std::vector<char>(b.points.size(), 1)};
+    Finder finder{pieces, n, point.gap - kOnePoint, point.gap + kOnePoint, {}};
+    take_crossings(finder, all, kEndsPatch);
+    for (const TouchPoint& crossing : finder.found)
+        if (is_here(crossing.point)) {
+            found = crossing.feature;
+            return true;
+        }
+    for (int side : {0, 1}) {
+        const Shape &own = pieces.of(side), &other = pieces.of(1 - side);
+        if (!own.is_round()) continue;
+        for (int part = 0; part < parts_of(own); ++part) {
+            const Shape tip = part_of(own, part);
+            const Nearest near =
+                side == 0 ? nearest(tip, {}, other, {}) : nearest(other, {}, tip, {});
+            if (!is_here((near.on_first + near.on_other) * 0.5)) continue;
+            found = named(pieces, Feature::nearest_part, side, part, 0);
+            return true;
+        }
+    }
+    return false;
+}
+
 // The name of a point of a patch: a tip or corner on a face that looks along the normal, if one is
 // there; a part of one body and the other's point next to it; a spot on a face; else the nearest
 // points.
@@ -308,6 +342,8 @@ Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool 
         feature.fixed[0] = spot.x, feature.fixed[1] = spot.y, feature.fixed[2] = spot.z;
         return feature;
     }
+    Feature parts;
+    if (alone && name_parts(pieces, point, n, parts)) return parts;
     return named(pieces, Feature::nearest_points, 0, 0, 0);
 }
 

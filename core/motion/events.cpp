@@ -7,7 +7,8 @@
 namespace impulsekit {
 namespace {
 
-// A resting body has come down elsewhere this deep [m]; a point so far beside its face has left it.
+// A body that rests, or has just parted, has come down this deep [m]; a point so far beside its
+// face has left it.
 constexpr double kElsewhere = 1e-10, kLeft = 2e-6;
 // A resting point that opens faster than this [m/s] has lifted.
 constexpr double kLifted = 0.5e-8;
@@ -88,6 +89,10 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         if (there.gap < 0.0 && now.gap > 0.0)
             return zero_between(at, now.gap, next, there.gap,
                                 [&](double x) { return measure(x).gap; });
+        // What began closed may have opened by less than can be seen, and closed again.
+        if (there.gap < -kElsewhere && now.gap > -kElsewhere)
+            return zero_between(at, now.gap + kElsewhere, next, there.gap + kElsewhere,
+                                [&](double x) { return measure(x).gap + kElsewhere; });
         at = next;
         now = there;
     }
