@@ -95,3 +95,26 @@ def test_a_bar_leaves_a_rod_without_an_impact_however_the_pair_is_written(accura
         assert np.linalg.norm(impact.contacts[0].impulse) > 1e-7 * robot.mass
     bar = 1e-6 if accuracy == "normal" else 1e-8
     assert np.abs(one.q[-1] - other.q[-1]).max() < bar > np.abs(one.v[-1] - other.v[-1]).max()
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+@pytest.mark.parametrize(("yaw", "y"), [(1.3, 0.02), (1.3, 0.05), (1.5, 0.05)])
+def test_a_bar_slides_off_its_end_however_the_pair_is_written(yaw, y, friction):
+    """Where it touches the rod runs to its end, and on from there: the nearest points have a kink.
+
+    Across the kink differences of them said how they move, and steps were 1e-8 s long.
+    """
+    robot = ik.Robot.from_mjcf(ROD)
+    q = robot.configuration(free=ik.pose([0.1, y, 0.08], rpy=[0.0, 0.0, yaw]))
+    motions = []
+    for pair in (("bar", "rod"), ("rod", "bar")):
+        scene = ik.Scene(robot, contacts=[ik.Collision(*pair, restitution=0.3, friction=friction)])
+        motions.append(
+            ik.simulate(scene, q, robot.velocity(), 0.6, accuracy="high", max_steps=1000)
+        )
+    one, other = motions
+    assert one.status.finished and other.status.finished and one.q[-1, 2] < -0.5
+    assert len(one.impacts) == len(other.impacts)
+    assert np.abs(one.q[-1] - other.q[-1]).max() < 1e-7
+    assert np.abs(one.v[-1] - other.v[-1]).max() < 1e-6
+    assert np.diff(one.energy().total).max() < 1e-8
