@@ -226,6 +226,32 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
     return come_to_rest(points, true);
 }
 
+// Let go of points that are not pressed in without their forces; whether there were any. Sliding on,
+// they would need forces without bound (Génot & Brogliato 1999, the singular point).
+bool Motion::let_go_unpressed() {
+    Rest free = rest_;
+    free.points.clear();
+    std::vector<double> a(nv()), J(3 * nv()), turning(3 * nv());
+    const double* v = y.data() + nq();
+    if (dynamics_.accelerate(t, y.data(), v, free, a.data()) != Trouble::none) return false;
+    std::vector<double> opening;
+    double size = 0.0;
+    for (const RestPoint& point : rest_.points) {
+        double bias[3], more[3];
+        dynamics_.touching.rows(dynamics_.tree, point, y.data(), v, J.data(), turning.data(), bias,
+                                more);
+        for (int j = 0; j < 3; ++j) bias[j] += sum_of(J.data() + j * nv(), a.data(), nv());
+        size = std::max({size, std::abs(bias[0]), std::abs(bias[1]), std::abs(bias[2])});
+        opening.push_back(bias[2]);
+    }
+    std::vector<RestPoint> stays;
+    for (std::size_t i = 0; i < opening.size(); ++i)
+        if (opening[i] < -kTorn * size) stays.push_back(rest_.points[i]);
+    if (stays.size() == opening.size()) return false;
+    keep_points(stays);
+    return true;
+}
+
 // Where W_nn <= µ W_nt·s no force keeps a sliding contact from being pressed in (Painlevé 1895). It
 // stops by an impact without collision (Lecornu 1905; Génot & Brogliato 1999): the limit of impacts
 // whose approach goes to zero, without restitution.
@@ -235,6 +261,7 @@ bool Motion::without_collision() {
         detail = "max_impacts is " + std::to_string(settings_.max_impacts);
         return false;
     }
+    if (let_go_unpressed()) return keep_up();
     dynamics_.look(y.data(), y.data() + nq());
     const std::vector<RestPoint> points = rest_.points;
     const int n = static_cast<int>(points.size());

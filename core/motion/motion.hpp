@@ -162,7 +162,8 @@ class Motion {
     bool update_slides();
     void release();
     void rebase();
-    void end_rests(const std::vector<int>& before);
+    void keep_points(std::vector<RestPoint> stays);
+    bool let_go_unpressed();
     std::vector<char> entries_resting() const;
 
     std::shared_ptr<const MotionScene> scene_;

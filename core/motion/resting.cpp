@@ -201,6 +201,18 @@ bool Motion::settle(bool fresh) {
     return keep_up();
 }
 
+// Of the points that rest these stay; contacts of which none does have ended their rest.
+void Motion::keep_points(std::vector<RestPoint> stays) {
+    for (const Rested& known : resting()) {
+        const bool rests_still = std::any_of(stays.begin(), stays.end(), [&](const RestPoint& p) {
+            return dynamics_.touching.gaps()[p.gap].entry == known.entry;
+        });
+        if (!rests_still) rests.push_back({known.entry, known.start, t});
+    }
+    rest_.points = std::move(stays);
+    rebase();
+}
+
 // Points that neither push nor stay are let go of.
 void Motion::release() {
     const double* v = y.data() + nq();
@@ -208,7 +220,6 @@ void Motion::release() {
     std::vector<double> J;
     std::vector<int> turning;
     write_rows(rest_.points, J, turning);
-    const std::vector<Rested> before = resting();
     std::vector<RestPoint> stays;
     std::vector<int> torn_gaps;
     for (std::size_t i = 0; i < rest_.points.size(); ++i) {
@@ -225,14 +236,7 @@ void Motion::release() {
     }
     if (stays.size() == rest_.points.size()) return;
     // Points that have left their faces may touch beside them.
-    rest_.points = stays;
-    for (const Rested& known : before) {
-        const bool rests_still = std::any_of(stays.begin(), stays.end(), [&](const RestPoint& p) {
-            return dynamics_.touching.gaps()[p.gap].entry == known.entry;
-        });
-        if (!rests_still) rests.push_back({known.entry, known.start, t});
-    }
-    rebase();
+    keep_points(stays);
     // What was torn off has no speed yet: rounding alone would close it again.
     for (int gap : torn_gaps) base_[gap] -= kGrazed;
 }

@@ -54,8 +54,10 @@ def simulate(
     a thousandth of its duration is not missed. For shorter pulses, and where a force jumps, give
     ``stop_times``, at which a step ends and the next begins, or ``max_step``.
 
-    Where friction jams a sliding contact (Painlevé), no finite force satisfies Coulomb's law: an
-    impact without collision stops the slip, listed in ``impacts``. An
+    Where friction jams a sliding contact (Painlevé) that would be pressed in without it, no finite
+    force satisfies Coulomb's law: an impact without collision stops the slip, listed in
+    ``impacts``. A slide that comes to the border of these states where its contact may open as
+    well (the singular point of Génot & Brogliato 1999) lets go there, without an impact. An
     impact that is not valid (``Impact.is_valid``) ends the motion with ``IMPACT_NOT_VALID``;
     ``detail`` gives the reason. If the law admits several v⁺, the motion
     continues from the one that ``solve`` returns by the rule of ``impact.uniqueness``;

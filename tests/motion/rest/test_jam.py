@@ -84,6 +84,31 @@ def test_a_rod_that_slides_into_the_angle_of_jams_goes_on(rod):
         assert np.diff(motion.energy().total).max() < 1e-8
 
 
+def opening(q, v):
+    """How the end accelerates away from the floor without its force: l ω² sin θ − g."""
+    attitude = pin.XYZQUATToSE3(q).rotation
+    spin = -(attitude @ v[3:])[1]
+    return HALF * spin**2 * attitude[2, 0] - GRAVITY
+
+
+@pytest.mark.parametrize("duration", [0.2, 1.0])
+@pytest.mark.parametrize(
+    ("degrees", "slip", "spin"), [(40, -6, 0.5), (30, -6, 2.0), (40, -6, 4.0), (44, -6, 0.1)]
+)
+def test_a_slide_that_comes_to_the_singular_point_lets_go(rod, degrees, slip, spin, duration):
+    # There the end would open without its force, and W is zero: it need not be stopped.
+    scene, q, v = sliding(rod, np.radians(degrees), slip, spin)
+    motion = ik.simulate(scene, q, v, duration=duration, accuracy="high")
+    end = motion.rests[0].end
+    q, v = motion.at(end)
+    angle = np.degrees(np.arcsin(pin.XYZQUATToSE3(q).rotation[2, 0]))
+    assert motion.status.finished and end < 0.2
+    # Only when it comes down again there is an impact.
+    assert all(time > 0.5 for time, _ in motion.impacts)
+    assert 45.0 - 1e-5 < angle < 45.01 and -1e-6 < opening(q, v) < 0.01
+    assert np.diff(motion.energy().total).max() < 1e-8
+
+
 @pytest.mark.slow
 def test_feet_of_a_robot_that_jam_one_after_the_other():
     """A quadruped lands on stiff joints: a foot that friction jams while it hardly slides stops."""
