@@ -7,13 +7,8 @@
 namespace impulsekit {
 namespace {
 
-// A body that rests, or has just parted, has come down this deep [m]; a point so far beside its
-// face has left it.
-constexpr double kElsewhere = 1e-10, kLeft = 2e-6;
-// A resting point that opens faster than this [m/s] has lifted.
-constexpr double kLifted = 0.5e-8;
-// What a pull holds parts where it accelerates by more than this share of what it would without.
-constexpr double kParted = 1e-10;
+// A body that rests, or has just parted, has come down elsewhere this deep [m].
+constexpr double kElsewhere = 1e-10;
 // How much faster than at the nodes of a step gaps may close between them.
 constexpr double kFaster = 1.3;
 // Parts of a step at which it is looked at.

@@ -157,7 +157,7 @@ bool Motion::meet(const std::vector<int>& closing) {
         bool rests = false;
         for (const RestPoint& point : rest_.points)
             rests = rests || std::find(closing.begin(), closing.end(), point.gap) != closing.end();
-        if (rests) return come_to_rest(points, true);
+        if (rests) return come_to_rest(points, true, slow_);
         for (int gap : closing) base_[gap] -= kWaver;
         restart();
         return ended == Ended::not_yet;
@@ -223,11 +223,11 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
     }
     std::copy(impact.after.begin(), impact.after.end(), y.begin() + nq());
     stepper_.restart();
-    return come_to_rest(points, true);
+    return come_to_rest(points, true, slow_);
 }
 
-// Let go of points that are not pressed in without their forces; whether there were any. Sliding on,
-// they would need forces without bound (Génot & Brogliato 1999, the singular point).
+// Let go of points that are not pressed in without their forces; whether there were any. Sliding
+// on, they would need forces without bound (Génot & Brogliato 1999, the singular point).
 bool Motion::let_go_unpressed() {
     Rest free = rest_;
     free.points.clear();
@@ -291,7 +291,7 @@ bool Motion::without_collision() {
     if (slowest > kNoSlipAtAll &&
         dynamics_.moved(rows.data(), static_cast<int>(change.size()), change.data(), dv.data())) {
         for (int i = 0; i < nv(); ++i) v[i] += dv[i];
-        return come_to_rest(points, false);
+        return come_to_rest(points, false, slow_);
     }
     for (double share : kPressed) {
         const double pressed = std::max(share * fastest, kPressedOfSum * sums);
@@ -322,7 +322,7 @@ bool Motion::without_collision() {
             return false;
         }
         std::copy(after.begin(), after.end(), v);
-        return come_to_rest(points, false);
+        return come_to_rest(points, false, slow_);
     }
     return false;
 }

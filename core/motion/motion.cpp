@@ -12,8 +12,6 @@ namespace {
 
 // Slip has grown when it is this many times as fast as slip that has no direction of its own.
 constexpr double kGrown = 30.0;
-// Slip without a capture speed that has no direction [m/s].
-constexpr double kNoSlip = 1e-9;
 // Steps go so much further than to where a slip is foreseen to stop, in parts of the way.
 constexpr double kFurther = 0.02;
 // So many events without time between them never end, nor do so many steps that take together less

@@ -14,6 +14,16 @@
 
 namespace impulsekit {
 
+// Where events end steps: a resting point that opens faster has lifted [m/s]; one held by a pull
+// that accelerates away by more than this share of what it would without forces is torn off; one
+// further beside its face, or beyond its edge, has left it [m]. At the event itself rounding may
+// leave a little less: from the second of each on, points are let go of there.
+inline constexpr double kLifted = 0.5e-8, kLiftedAtEvent = 0.9 * kLifted;
+inline constexpr double kParted = 1e-10, kPartedAtEvent = 0.5 * kParted;
+inline constexpr double kLeft = 2e-6, kLeftAtEvent = 0.95 * kLeft;
+// Slip without a capture speed that has no direction [m/s].
+inline constexpr double kNoSlip = 1e-9;
+
 struct MotionSettings {
     Method method = Method::dop853;
     double rtol = 1e-8, atol = 1e-12, fixed_length = 1e-3, max_step = 0.0;
@@ -154,9 +164,9 @@ class Motion {
     std::vector<RestPoint> touching_points(const std::vector<int>& gaps);
 
     // Rest.
-    bool come_to_rest(const std::vector<RestPoint>& candidates, bool lay);
+    bool come_to_rest(const std::vector<RestPoint>& candidates, bool lay, double no_slip);
     std::vector<RestPoint> hops(const std::vector<RestPoint>& parted);
-    bool settle(bool fresh);
+    bool settle(double no_slip);
     bool keep_up(bool is_known = false);
     bool take_out_drift(bool all_normals);
     bool update_slides();

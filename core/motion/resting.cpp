@@ -9,19 +9,15 @@
 namespace impulsekit {
 namespace {
 
-// A resting point that does not push and opens faster than this has lifted [m/s].
-constexpr double kLifted = 0.5e-8;
-// What a pull held parts with more than this share; how far it may waver then [m].
-constexpr double kParted = 1e-10, kGrazed = 1e-13;
+// How far the gap of what was torn off may waver [m].
+constexpr double kGrazed = 1e-13;
 // Rounding of places, of their size.
 constexpr double kRounded = 2e-15;
 // Drift below this [m, rad; m/s] is left alone; Newton's method on positions ends after so many.
 constexpr double kNoDrift = 1e-14;
 constexpr int kMostSteps = 3;
-// Velocities of joints below this share of the largest are none, and turning below this [rad/s].
-constexpr double kJointStill = 1e-12, kNoTurn = 1e-9;
-// Gaps that change by less than this share of the capture speed neither open nor close.
-constexpr double kSlowShare = 1e-3;
+// Velocities below this share of the largest are none, and turning below this [rad/s].
+constexpr double kStillShare = 1e-12, kNoTurn = 1e-9;
 // Gaps this near at the start touch [m]. Rows move as they should within this share of speeds.
 constexpr double kTouchesAtStart = 1e-9, kHolds = 1e-9;
 
@@ -77,21 +73,18 @@ void Motion::begin(const double* v, const std::vector<int>& touching) {
     if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
     rebase();
     // Slip that was given is kept, be it below the capture speed.
-    const double slow = slow_;
-    slow_ = 1e-9;
-    come_to_rest(touching_points(touching), false);
-    slow_ = slow;
+    come_to_rest(touching_points(touching), false, kNoSlip);
     begun = true;
 }
 
-// What of the candidates stays, and how: what parts no faster than the capture speed.
-bool Motion::come_to_rest(const std::vector<RestPoint>& candidates, bool lay) {
+// What of the candidates stays, and how: what parts no faster than the capture speed, and sticks
+// where it slips no faster than `no_slip`.
+bool Motion::come_to_rest(const std::vector<RestPoint>& candidates, bool lay, double no_slip) {
     dynamics_.look(y.data(), y.data() + nq());
     const double* v = y.data() + nq();
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    const double slow =
-        std::max({kSlowShare * settings_.capture_speed, 1e-12 * fastest, settings_.capture_speed});
+    const double slow = std::max(settings_.capture_speed, kStillShare * fastest);
     const std::vector<Rested> before = resting();
     std::vector<double> J;
     std::vector<int> turning;
@@ -120,7 +113,7 @@ bool Motion::come_to_rest(const std::vector<RestPoint>& candidates, bool lay) {
     if (lay && !rest_.points.empty()) take_out_drift(true);
     rebase();
     if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
-    if (!settle(true)) return false;
+    if (!settle(no_slip)) return false;
     const std::vector<RestPoint> low = hops(parted);
     if (low.empty()) return true;
     // A hop that cannot be told from rest would be followed by others without end.
@@ -129,7 +122,7 @@ bool Motion::come_to_rest(const std::vector<RestPoint>& candidates, bool lay) {
                      [](const RestPoint& a, const RestPoint& b) { return a.gap < b.gap; });
     take_out_drift(true);
     rebase();
-    return settle(true);
+    return settle(no_slip);
 }
 
 // Looks at how soon what has parted comes down again; those that do at once, or that rise by less
@@ -167,36 +160,33 @@ std::vector<RestPoint> Motion::hops(const std::vector<RestPoint>& parted) {
 }
 
 // Which points slide, roll and spin from here on, and which joints move; drift is taken out.
-bool Motion::settle(bool fresh) {
+bool Motion::settle(double no_slip) {
     double* v = y.data() + nq();
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
     dynamics_.look(y.data(), v);
-    if (fresh) {
-        std::vector<double> J;
-        std::vector<int> turning;
-        write_rows(rest_.points, J, turning);
-        const auto way_of = [&](const double* row, int size, double none) {
-            Slide slide;
-            const double a = sum_of(row, v, nv()),
-                         b = size == 2 ? sum_of(row + nv(), v, nv()) : 0.0,
-                         speed = std::hypot(a, b);
-            if (speed > none) slide = {true, {a / speed, b / speed}};
-            return slide;
-        };
-        std::size_t next = rest_.points.size();
-        for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-            RestPoint& point = rest_.points[i];
-            point.slip = way_of(J.data() + 3 * i * nv(), 2, slow_);
-            if (!dynamics_.touching.gaps()[point.gap].turns) continue;
-            point.roll = way_of(J.data() + 3 * next * nv(), 2, kNoTurn);
-            point.spin = way_of(J.data() + (3 * next + 2) * nv(), 1, kNoTurn);
-            ++next;
-        }
-        for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
-            const double own = v[scene_->dry[j].v];
-            rest_.dry[j] = std::abs(own) > kJointStill * fastest ? (own > 0.0 ? 1 : -1) : 0;
-        }
+    std::vector<double> J;
+    std::vector<int> turning;
+    write_rows(rest_.points, J, turning);
+    const auto way_of = [&](const double* row, int size, double none) {
+        Slide slide;
+        const double a = sum_of(row, v, nv()), b = size == 2 ? sum_of(row + nv(), v, nv()) : 0.0,
+                     speed = std::hypot(a, b);
+        if (speed > none) slide = {true, {a / speed, b / speed}};
+        return slide;
+    };
+    std::size_t next = rest_.points.size();
+    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+        RestPoint& point = rest_.points[i];
+        point.slip = way_of(J.data() + 3 * i * nv(), 2, no_slip);
+        if (!dynamics_.touching.gaps()[point.gap].turns) continue;
+        point.roll = way_of(J.data() + 3 * next * nv(), 2, kNoTurn);
+        point.spin = way_of(J.data() + (3 * next + 2) * nv(), 1, kNoTurn);
+        ++next;
+    }
+    for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
+        const double own = v[scene_->dry[j].v];
+        rest_.dry[j] = std::abs(own) > kStillShare * fastest ? (own > 0.0 ? 1 : -1) : 0;
     }
     return keep_up();
 }
@@ -228,11 +218,12 @@ void Motion::release() {
         const int entry = dynamics_.touching.gaps()[rest_.points[i].gap].entry;
         const bool pulls = !scene_->pulls.empty() && scene_->pulls[entry] > 0.0;
         const bool torn = pulls && dynamics_.rate.size() == 3 * rest_.points.size() &&
-                          dynamics_.rate[3 * i + 2] > 0.5 * kParted * dynamics_.size;
-        const bool lifts = torn || (!rest_.points[i].pressed &&
-                                    sum_of(J.data() + (3 * i + 2) * nv(), v, nv()) > 0.9 * kLifted);
+                          dynamics_.rate[3 * i + 2] > kPartedAtEvent * dynamics_.size;
+        const bool lifts =
+            torn || (!rest_.points[i].pressed &&
+                     sum_of(J.data() + (3 * i + 2) * nv(), v, nv()) > kLiftedAtEvent);
         if (torn) torn_gaps.push_back(rest_.points[i].gap);
-        if (!lifts && inside > -1.9e-6) stays.push_back(rest_.points[i]);
+        if (!lifts && inside > -kLeftAtEvent) stays.push_back(rest_.points[i]);
     }
     if (stays.size() == rest_.points.size()) return;
     // Points that have left their faces may touch beside them.
