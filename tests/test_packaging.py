@@ -94,6 +94,6 @@ def test_what_is_installed_is_whole_and_small():
     ).stdout.split("\n")
     assert set(filter(None, tracked)) <= names
     assert sum(name.startswith("impulsekit/_core.") and ".so" in name for name in names) == 1
-    assert sum(name.startswith("impulsekit/libimpulsekit_core.") for name in names) == 1
+    assert sum(name.startswith("impulsekit/_lib/libimpulsekit_core.") for name in names) == 1
     assert not any("tests/" in name or name.endswith((".svg", ".png")) for name in names)
     assert sum(file.size or 0 for file in files) < 4 * LARGEST_WHEEL

@@ -12,6 +12,7 @@ void bind_tree(nb::module_& module);
 void bind_scene(nb::module_& module);
 void bind_batch(nb::module_& module);
 void bind_lanes(nb::module_& module);
+void bind_matrices(nb::module_& module);
 void bind_derivatives(nb::module_& module);
 void bind_geometry(nb::module_& module);
 void bind_motion(nb::module_& module);
@@ -27,6 +28,7 @@ NB_MODULE(_core, module) {
     bind_scene(module);
     bind_batch(module);
     bind_lanes(module);
+    bind_matrices(module);
     bind_derivatives(module);
     bind_geometry(module);
     bind_motion(module);

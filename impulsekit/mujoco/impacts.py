@@ -1,0 +1,299 @@
+"""``Impacts``: steps of MuJoCo in which contacts hit with restitution."""
+
+from __future__ import annotations
+
+import copy
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any, Literal, TypeAlias
+
+import mujoco
+import numpy as np
+
+from ..errors import InputError, RangeError, ShapeError, check_kind, warn_of_setup
+from ..scene.law import Law
+from ..scene.numbers import between, not_negative
+from .coefficients import PairCoefficients
+from .instant import Event, at_start, find_instant
+from .listing import Listing, StepModels
+from .record import StepImpact, impact_of
+from .system import solve_impact, system_of
+
+__all__ = ["Impacts"]
+
+# Impacts within one step; a step with more ends as MuJoCo has it, with a doubt.
+MOST_IMPACTS = 32
+# A contact this far apart at the instant of an impact is a row of it [m].
+TOUCHING = 1e-6
+_STATE = mujoco.mjtState
+# All that a step starts from, without what a user gives anew at any step.
+_KEPT = int(
+    _STATE.mjSTATE_FULLPHYSICS | _STATE.mjSTATE_WARMSTART | _STATE.mjSTATE_EQ_ACTIVE
+    | _STATE.mjSTATE_MOCAP_POS | _STATE.mjSTATE_MOCAP_QUAT
+)  # fmt: skip
+_get_state, _step1, _step2 = mujoco.mj_getState, mujoco.mj_step1, mujoco.mj_step2
+_RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
+_INTEGRATORS = {
+    int(kind)
+    for kind in (
+        mujoco.mjtIntegrator.mjINT_EULER,
+        mujoco.mjtIntegrator.mjINT_RK4,
+        mujoco.mjtIntegrator.mjINT_IMPLICIT,
+        mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    )
+}
+
+
+class Impacts:
+    """Steps of MuJoCo in which contacts hit with restitution, by the laws of impulsekit.
+
+    ``step(data)`` stands for ``mujoco.mj_step(model, data)``. Where a pair of geoms comes to
+    touch faster than ``threshold`` during a step, the step is taken back, its instant is found,
+    the impact of all that touches then is solved (M Δv = Aᵀλ + JᵀP, M with armature, equalities
+    as bilateral rows, resting contacts and limits as rows too), and the step goes on from there.
+    Slower contacts and rest stay MuJoCo's own; a step without an impact gives MuJoCo's bits.
+
+    After ``step``, positions, contacts and sensors of positions and velocities in ``data`` are
+    those of the new state, as after ``mj_step`` and ``mj_step1``.
+
+    Args:
+        model: a ``mujoco.MjModel``, of which copies are kept: changes of it that are made
+            later count after ``Impacts`` is made anew.
+        restitution: e of all geoms, 0 to 1; a function of the approach speed or a
+            ``RestitutionTable``; a mapping from names of geoms, bodies or pairs of them
+            (others have 0); or "user", the first ``user`` value of each geom.
+        friction: µ of all contacts; None: MuJoCo's own, slip along both tangents, spin and
+            rolling by ``condim``, on the elliptic cone whatever ``cone`` says.
+        combine: how the values of two geoms make that of the pair: "max", "min", "average",
+            "multiply". A value given for the pair itself counts alone.
+        pairs: names of geoms or bodies, or pairs of them, that are treated; None for all.
+        limits: e of the limits of joints and tendons; None leaves their impacts to MuJoCo.
+        law: one that takes several contacts without stiffnesses.
+        threshold: approach speed [m/s] above which a contact is an impact; None for
+            max(0.05, 2 g dt), below which MuJoCo's soft contact takes the speed within a step.
+        instant: "exact", or "step": the impulse acts at the start of the step in which a pair
+            would touch, without taking the step back twice; positions err by v dt at most, e
+            is exact.
+
+    Attributes:
+        last: the impacts of the last step, ``StepImpact`` each.
+        doubts: sentences on what the model holds that is not treated as one may expect.
+
+    Raises:
+        InputError: what cannot be treated: flexes, speculative contacts, sleeping or the IPC
+            solver switched on, contacts switched off, a law that needs stiffnesses.
+        UnknownNameError, RangeError, NotFiniteError: what is wrong with a coefficient.
+        MissingExtraError: mujoco is not installed (``pip install "impulsekit[mujoco]"``).
+
+    Example:
+        >>> import mujoco
+        >>> model = mujoco.MjModel.from_xml_string('''<mujoco><option integrator="RK4"/>
+        ...   <worldbody><geom name="floor" type="plane" size="1 1 .1"/><body pos="0 0 .5">
+        ...   <freejoint/><geom name="ball" size=".1"/></body></worldbody></mujoco>''')
+        >>> data = mujoco.MjData(model)
+        >>> impacts = Impacts(model, restitution=0.5)
+        >>> while not impacts.last:
+        ...     impacts.step(data)
+        >>> hit = impacts.last[0]
+        >>> print(hit.pairs[0], (hit.separation / hit.approach).round(12))
+        ('floor', 'ball') [0.5]
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        restitution: Any,
+        friction: float | None = None,
+        *,
+        combine: str = "max",
+        pairs: Any = None,
+        limits: float | None = None,
+        law: Law | None = None,
+        threshold: float | None = None,
+        instant: Literal["exact", "step"] = "exact",
+    ) -> None:
+        law = Law() if law is None else law
+        check_kind(model, mujoco.MjModel, "Impacts")
+        check_kind(law, Law, "Impacts: law")
+        if instant not in ("exact", "step"):
+            raise RangeError.of("instant", instant, '"exact" or "step"')
+        _refuse(model, law)
+        self._models = StepModels(copy.copy(model))
+        self._coefficients = PairCoefficients(model, restitution, friction, combine, pairs)
+        self._limits = None if limits is None else between(0.0, 1.0)(limits, "limits")
+        self._law, self._instant = law, instant
+        gravity = float(np.linalg.norm(model.opt.gravity))
+        default = max(0.05, 2.0 * gravity * model.opt.timestep)
+        self.threshold = default if threshold is None else not_negative(threshold, "threshold")
+        self.last: tuple[StepImpact, ...] = ()
+        self.doubts = tuple(_doubts_of(model))
+        warn_of_setup(self.doubts)
+        self._is_rk4 = model.opt.integrator == _RK4
+        self._state = np.empty(mujoco.mj_stateSize(model, _KEPT))
+        self._left, self._data = b"", None
+        self._touching, self._reached = b"", 0
+        self._log: list[StepImpact] | None = None
+        self._shape = (model.nq, model.nv, model.nbody, model.ngeom)
+
+    def step(self, data: Any) -> None:
+        """Advance ``data`` by one time step, as ``mujoco.mj_step`` does, with impacts.
+
+        Raises:
+            InputError: not an ``MjData``. ShapeError: data of another model.
+        """
+        model, state = self._models.plain, self._state
+        if data is not self._data:
+            self._check(data)
+            self._left, self._data = b"", data
+        _get_state(model, data, state, _KEPT)
+        start = state.tobytes()
+        if start != self._left:
+            mujoco.mj_step1(model, data)
+            self._touching, self._reached = _pairs_listed(data), data.nl
+        self._advance(data)
+        self.last = ()
+        listed = _pairs_listed(data)
+        if listed != self._touching or (self._limits is not None and data.nl > self._reached):
+            self._resolve(data, np.frombuffer(start))
+            listed = _pairs_listed(data)
+        self._touching, self._reached = listed, data.nl
+        _get_state(model, data, state, _KEPT)
+        self._left = state.tobytes()
+
+    def log(self, keep: bool = True) -> list[StepImpact]:
+        """Begin to keep all impacts from now on, or stop, and return the list that grows."""
+        kept: list[StepImpact] = [] if self._log is None else self._log
+        self._log = kept if keep else None
+        return kept
+
+    def _check(self, data: Any) -> None:
+        check_kind(data, mujoco.MjData, "Impacts.step")
+        shape = (len(data.qpos), len(data.qvel), len(data.xpos), len(data.geom_xpos))
+        if shape != self._shape:
+            raise ShapeError.of("data (nq, nv, nbody, ngeom)", self._shape, shape)
+
+    def _advance(self, data: Any) -> None:
+        """One step from a state whose positions and velocities MuJoCo has looked at."""
+        model = self._models.plain
+        if self._is_rk4:
+            mujoco.mj_forwardSkip(model, data, mujoco.mjtStage.mjSTAGE_VEL, False)
+            mujoco.mj_checkAcc(model, data)
+            mujoco.mj_RungeKutta(model, data, 4)
+        else:
+            _step2(model, data)
+        _step1(model, data)
+
+    def _resolve(self, data: Any, start: np.ndarray) -> None:
+        """Solve the impacts of a step that has been taken from ``start``."""
+        models = self._models
+        locate = find_instant if self._instant == "exact" else at_start
+        left, end = models.plain.opt.timestep, data.time
+        known, reached = Counter(_as_pairs(self._touching)), self._reached
+        found: list[StepImpact] = []
+        while len(found) < MOST_IMPACTS and (events := self._new_events(data, known, reached)):
+            passed, listing, events = locate(models, data, start, _KEPT, left, events)
+            hits = any(-event.speed > self.threshold for event in events)
+            if hits:
+                impact, touching, reached = self._hit(data, listing, events)
+                found.append(impact)
+                known += touching
+                left -= passed
+                start = np.empty_like(start)
+                mujoco.mj_getState(models.plain, data, start, _KEPT)
+            else:
+                mujoco.mj_setState(models.plain, data, start, _KEPT)
+            models.step(data, left)
+            if not hits or not impact.status.valid:
+                break
+        # Contacts and rows as the plain model has them, for the next step.
+        _step1(models.plain, data)
+        if found:
+            data.time = end
+        self.last = tuple(found)
+        if self._log is not None:
+            self._log += found
+
+    def _new_events(self, data: Any, known: Counter[Pair], reached: int) -> list[Event]:
+        """What has come to touch since ``known``, and approaches at the end of a step."""
+        listing = self._models.look(data, 0.0)
+        pairs = _as_pairs(listing.pairs)
+        now = Counter(pairs)
+        limits = self._limits is not None and len(pairs) - len(listing.numbers) > reached
+        # Stages of a Runge-Kutta method have felt the soft contact: the speed now says little.
+        slowest = -np.inf if self._is_rk4 else self.threshold
+        return [
+            Event.of(listing, i)
+            for i, (pair, speed) in enumerate(zip(pairs, listing.speeds.tolist(), strict=True))
+            if -speed > slowest
+            and (
+                limits
+                if pair[0] < 0
+                else now[pair] > known[pair] and self._coefficients.is_handled(*pair)
+            )
+        ]
+
+    def _hit(
+        self, data: Any, listing: Listing, events: list[Event]
+    ) -> tuple[StepImpact, Counter[Pair], int]:
+        """Solve the impact of all that touches, apply it, and return it, pairs and limits."""
+        close = listing.gaps <= TOUCHING
+        close[[event.index for event in events]] = True
+        system = system_of(self._models.plain, data, listing, np.flatnonzero(close))
+        model, coefficients = self._models.plain, self._coefficients
+        found, e = solve_impact(model, system, coefficients, self._limits or 0.0, self._law)
+        impact = impact_of(model, data, system, found, e, coefficients.geom_name)
+        data.qvel[:] += impact.dv
+        return impact, Counter(_as_pairs(system.pairs)), len(system.limits)
+
+
+Pair: TypeAlias = tuple[int, int]
+
+
+def _pairs_listed(data: Any) -> bytes:
+    """The pairs of MuJoCo's contacts at a state, to be compared with those of another."""
+    return bytes(data.contact.geom.tobytes()) if data.ncon else b""
+
+
+def _as_pairs(pairs: Any) -> list[Pair]:
+    """Pairs of geoms of an array, or of what ``_pairs_listed`` gives."""
+    array = np.frombuffer(pairs, dtype=np.int32) if isinstance(pairs, bytes) else pairs
+    return [(a, b) for a, b in array.reshape(-1, 2).tolist()]
+
+
+def _refuse(model: Any, law: Law) -> None:
+    """Raise an error for what cannot be treated."""
+    bits, off = mujoco.mjtEnableBit, mujoco.mjtDisableBit
+    for flag, what in (
+        (bits.mjENBL_SPECULATIVE, "speculative contacts, whose distances are not those of geoms"),
+        (bits.mjENBL_SLEEP, "sleeping trees, which impacts do not wake"),
+        (bits.mjENBL_IPC, "the IPC solver, in which nothing touches"),
+    ):
+        if model.opt.enableflags & flag:
+            raise InputError(f"Impacts cannot be used with {what}: switch that flag off")
+    if model.opt.disableflags & (off.mjDSBL_CONTACT | off.mjDSBL_CONSTRAINT):
+        raise InputError("Impacts: contacts are switched off in the model's flags")
+    if model.nflex:
+        raise InputError("Impacts: the model has flexes, whose vertices are not treated")
+    if model.opt.integrator not in _INTEGRATORS:
+        name = mujoco.mjtIntegrator(model.opt.integrator).name
+        raise InputError(f"Impacts: integrator {name} steps and contacts at once; choose another")
+    if law.restitution == "lzb":
+        raise InputError(
+            'Impacts: law "lzb" needs a stiffness of each contact; use "newton", "poisson" or '
+            '"stronge"'
+        )
+
+
+def _doubts_of(model: Any) -> Iterator[str]:
+    """Sentences on what is treated otherwise than one may expect."""
+    geom = mujoco.mjtGeom
+    flat = np.isin(model.geom_type, [geom.mjGEOM_MESH, geom.mjGEOM_CYLINDER])
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_MULTICCD and (flat & solid).any():
+        yield (
+            "meshes or cylinders collide with multiccd switched off: lying flat they have one "
+            "contact that jumps from corner to corner"
+        )
+    rolling = model.pair_friction[:, 3:]
+    if (rolling[:, 0] != rolling[:, 1]).any():
+        yield "the two rolling frictions of a contact count by their mean, without direction"
