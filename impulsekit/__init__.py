@@ -16,6 +16,8 @@ __version__ = "0.1.0"
 
 _get, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
 
+# What programs written against earlier versions may still ask for.
+_GONE = {"warm_up": "nothing is compiled at run time, so leave it out"}
 # Where names stand that are not at the top.
 _ROOMS = (
     "compliance", "measured", "design", "study", "long", "models", "plots", "impact", "motion",
@@ -44,6 +46,8 @@ def _absent(name: str) -> str:
     for room in _ROOMS:
         if name in dir(import_module(f"{__name__}.{room}")):
             return f'impulsekit has no "{name}" at the top; it is impulsekit.{room}.{name}'
+    if name in _GONE:
+        return f'impulsekit has no "{name}" any more: {_GONE[name]}'
     nearest = nearest_names(name, __all__)
     hint = f"; did you mean {one_of(nearest)}?" if nearest else ""
     return f'impulsekit has no "{name}"{hint}'

@@ -9,6 +9,8 @@ from xml.sax.saxutils import quoteattr
 
 from impulsekit.errors import InputError, NotFiniteError, RangeError
 
+from .errors.calls import public
+
 __all__ = ["chain_urdf", "pendulum_urdf"]
 
 # 1600 turns: a revolute joint must have limits, and these stay out of the way. The
@@ -18,6 +20,7 @@ _EFFORT_LIMIT = 1.0e9
 _VELOCITY_LIMIT = 1.0e9
 
 
+@public
 def chain_urdf(
     links: SupportsIndex = 10,
     mass: float = 1.0,
@@ -75,6 +78,7 @@ def chain_urdf(
     return _document(name, comment, body)
 
 
+@public
 def pendulum_urdf(
     links: SupportsIndex = 10,
     mass: float = 1.0,

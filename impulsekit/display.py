@@ -160,14 +160,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return [TableLine.of(line.rstrip(), whole) for line in lines]
 
 
-def decimals(value: float, scale: float = 0.0) -> str:
-    """Return six significant digits; 0 where the value is rounding beside ``scale``.
+def decimals(value: float, scale: float = 0.0, rounding: float = ROUNDING) -> str:
+    """Return six significant digits; 0 where the value is ``rounding`` beside ``scale``.
 
     Example:
         >>> decimals(43.301270189), decimals(3e-17, scale=1.0)
         ('43.3013', '0')
     """
-    return "0" if abs(value) <= ROUNDING * scale or value == 0.0 else f"{value:.6g}"
+    return "0" if abs(value) <= rounding * scale or value == 0.0 else f"{value:.6g}"
 
 
 def paper_decimals(value: float, scale: float = 0.0) -> str:

@@ -17,7 +17,7 @@ import zipfile
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
-from .errors import FileError, InputError, a_thing, shown
+from .errors import FileError, InputError, a_thing, quoted, shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,6 +37,14 @@ _KINDS = (
 )
 # Of files that describe robots and scenes [bytes]; one of a robot with 10 000 links has 10 MB.
 LARGEST_TEXT = 100_000_000
+# Endings of what is written, by kind.
+ENDINGS = {
+    "page": (".html", ".htm"),
+    "motion": (".npz",),
+    "video": (".mp4",),
+    "picture": (".png",),
+    "scene": (".toml",),
+}
 # Deflate packs at most so many bytes into one.
 MOST_PACKED = 1032
 # Characters of a file's name that its temporary name keeps: names end at 255 bytes.
@@ -184,6 +192,20 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     """
     with as_file_error(path, writing=True):
         _check_target(_target(path))
+
+
+def checked_output(path: object, what: str, *endings: str) -> str:
+    """Return the path of a file that can be written, and ends as its content asks for.
+
+    Raises:
+        InputError: it is no path, or ends otherwise; files of other formats are not written.
+        FileError: it cannot be written.
+    """
+    text = path_of(path, what)
+    if not text.lower().endswith(endings):
+        raise InputError(f"{what} must end in {' or '.join(endings)}, got {quoted(text, 200)}")
+    check_writable(text)
+    return text
 
 
 def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:

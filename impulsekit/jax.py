@@ -8,6 +8,7 @@ import numpy as np
 
 from .batch.differentiable import Differentiable, leaves_of
 from .errors import MissingExtraError
+from .errors.calls import public
 
 with MissingExtraError.unless("jax", "jax", "impulsekit.jax"):
     import jax
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["solve"]
 
 
+@public
 def solve(
     scene: Scene,
     q: Any,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from .batch.differentiable import Differentiable, leaves_of
 from .errors import MissingExtraError
+from .errors.calls import public
 
 with MissingExtraError.unless("torch", "torch", "impulsekit.torch"):
     import torch
@@ -41,6 +42,7 @@ class _Solve(torch.autograd.Function):
         return None, *gradients
 
 
+@public
 def solve(
     scene: Scene,
     q: torch.Tensor,

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import UnknownNameError, check_kind
+from ..errors.calls import public
 from ..impact.derivatives.refusals import refuse_what_has_none
 from ..impact.derivatives.result import Layout
 from ..impact.derivatives.status import DerivativeStatus
@@ -86,6 +87,7 @@ class BatchDerivatives(Displayed):
         return one_line("BatchDerivatives", *counts, f"of {', '.join(map(str, self.arrays))}")
 
 
+@public
 def derivatives_batch(
     scene: Scene,
     q: ArrayLike,
@@ -146,6 +148,7 @@ def derivatives_batch(
     return BatchDerivatives(impacts, codes, inputs.links, arrays)
 
 
+@public
 def vjp(
     scene: Scene,
     q: ArrayLike,

@@ -19,6 +19,7 @@ from ..errors import (
     a_thing,
     quoted,
 )
+from ..errors.calls import public
 from ..impact.flat.model import ANGLE, BALL, CIRCLE, FREE, PLANAR, SLIDE, flat_model_of
 from ..robot import Robot
 from ..robot.arrays import floats, lock
@@ -45,6 +46,7 @@ _SIZES = {ANGLE: (1, 1), SLIDE: (1, 1), BALL: (4, 3), PLANAR: (4, 3), FREE: (7, 
 _UNITS = {CIRCLE: (0, 2), PLANAR: (2, 2), BALL: (0, 4), FREE: (3, 4)}
 
 
+@public
 class LongTree:
     """A tree of any number of rigid bodies under known impulses.
 
@@ -166,6 +168,7 @@ class LongTree:
                 )
 
 
+@public
 class LongImpact:
     """The result of an impact on a long tree. All arrays are read-only.
 
@@ -253,6 +256,7 @@ class LongImpact:
         return np.array(struck, dtype=int), np.concatenate([*wrenches, np.zeros(0)]), kicks
 
 
+@public
 def long_chain(
     links: int = 10,
     mass: float = 1.0,
@@ -302,6 +306,7 @@ def long_chain(
     )
 
 
+@public
 def long_tree(
     parents: ArrayLike | Robot,
     *,

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import InputError
+from ..errors.calls import public
 from ..impact.status import Status
 from ..rows.entries import rows_of_entry
 from ..scene import Scene
@@ -54,6 +55,7 @@ def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
     return (scene.robot.nv,)
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactBatch(Displayed):
     """The results of an impact at B states. Arrays are read-only; rows that failed hold NaN.

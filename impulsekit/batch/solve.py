@@ -11,6 +11,8 @@ import numpy as np
 
 from .._core import solve_batch as core_batch
 from ..errors import InputError, UnknownNameError, a_thing, check_kind, warn_of_setup
+from ..errors.calls import public
+from ..impact.doubts import doubts_of_state
 from ..impact.status import Status
 from ..robot.arrays import lock
 from ..scene import JointStop, Scene
@@ -32,6 +34,7 @@ __all__ = ["run", "solve_batch"]
 Progress = Callable[[int, int], object]
 
 
+@public
 def solve_batch(
     scene: Scene,
     q: ArrayLike,
@@ -80,7 +83,8 @@ def solve_batch(
             they are evaluated.
 
     Warns:
-        SetupWarning: the first time that a scene is solved, if ``ImpactBatch.doubts`` is not empty.
+        SetupWarning: the first time that a scene is solved, if ``ImpactBatch.doubts`` is not empty,
+            nothing can be hit, or a q that all rows share is likely not meant.
 
     Raises:
         ShapeError, NotFiniteError, StateError, RangeError, UnknownNameError, InputError:
@@ -112,7 +116,8 @@ def solve_batch(
     with shown(progress, inputs.size) as tell:
         solved = run(scene, inputs, outputs, threads, tell=tell if progress else None)
     if first:
-        warn_of_setup(solved.doubts)
+        shared = inputs.q[0] if len(inputs.q) == 1 else scene.robot.neutral()
+        warn_of_setup([*doubts_of_state(scene, shared), *solved.doubts])
     return solved
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from ..errors import InputError, RangeError, SingularMassError, StateError, a_thing, shown
+from ..errors.calls import public
 from ..reference import Arithmetic, KaneImpact, Rows
 from ..scene import GapContact, JointStop
 from .demands import KnownImpulses, constraint_rows, known_impulses
@@ -31,6 +32,7 @@ def check(impact: Impact, digits: int | None = None) -> Check: ...
 def check(impact: Trajectory) -> MotionCheck: ...
 
 
+@public
 def check(impact: Impact | Trajectory, digits: int | None = None) -> Check | MotionCheck:
     """Check an impact against Kane's equations, with code independent of Pinocchio.
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import UnknownNameError
+from ..errors.calls import public
 from ..reference import KaneImpact, Load, Rows
 from ..reference.kinematics import Kinematics
 from ..robot.arrays import lock
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ..impact import Impact
 
 
+@public
 @dataclass(frozen=True, eq=False)
 class CheckRow:
     """One quantity by both programs.
@@ -55,6 +57,7 @@ class CheckRow:
         return f"CheckRow({self.name!r}, {self.difference:.1e} of {self.tolerance:.1e}: {verdict})"
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Check(Displayed):
     """An impact beside its reference.

@@ -55,19 +55,26 @@ json_option = click.option(
 )
 
 
-def check_outputs(*files: str | None, picture: str | None = None) -> None:
+def check_outputs(*files: str | None, picture: str | None = None, **by_kind: str | None) -> None:
     """Prove that files can be written; None and "-" stand for no file.
+
+    Args:
+        files: of any ending. picture: of matplotlib.
+        by_kind: a page, motion, video or scene.
 
     Raises:
         FileError: one cannot be written.
-        InputError: the ending of the picture is none that matplotlib knows.
+        InputError: its ending is none of its kind's.
         MissingExtraError: a picture is asked for, and matplotlib is not installed.
     """
-    from ..files import check_writable
+    from ..files import ENDINGS, check_writable, checked_output
 
     for file in files:
         if file not in (None, "-"):
             check_writable(str(file))
+    for kind, file in by_kind.items():
+        if file is not None:
+            checked_output(file, kind, *ENDINGS[kind])
     if picture is not None:
         from ..view.plots.canvas import check_picture
 

@@ -235,7 +235,7 @@ def identify(ctx: click.Context, recording: str, scene: str, **options: Any) -> 
     from ..scenefile import load_scene
     from .common import bar_on_terminal
 
-    check_outputs(options["json_to"], options["scene_out"], picture=options["plot"])
+    check_outputs(options["json_to"], scene=options["scene_out"], picture=options["plot"])
     if not 0.0 < options["level"] < 1.0:
         raise RangeError.of("--level", options["level"], "between 0 and 1")
     file = load_scene(scene)

@@ -71,7 +71,8 @@ def inspect(path: str, root: str | None) -> None:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        if not pathlib.Path(path).exists() and path in example_names():
+        file = pathlib.Path(path)
+        if not file.exists() and (path in example_names() or not file.suffix):
             robot = Robot.from_example(path, root or "fixed")
         else:
             robot = Robot.from_file(path, root)

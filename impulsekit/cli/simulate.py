@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import sys
 import zipfile
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import INTERRUPTED, bar_on_terminal, check_outputs
+from .common import INTERRUPTED, bar_on_terminal, check_outputs, is_terminal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,8 +37,11 @@ BAR = "{l_bar}{bar}| {n:.3f}/{total:g} s [{elapsed}<{remaining}]"
 def replay(
     file: str, html: str | None, show: bool, traces: bool, video: str | None, **options: Any
 ) -> None:
-    """Write or open an interactive replay of the scene in FILE (TOML), or of a motion (npz)."""
-    check_outputs(html, video)
+    """Write or open an interactive replay of the scene in FILE (TOML), or of a motion (npz).
+
+    A scene with the table [motion] is simulated; one without it is shown at its impact.
+    """
+    check_outputs(page=html, video=video)
     motion, points = _motion(file)
     drawn = write_page(
         motion,
@@ -46,6 +50,7 @@ def replay(
         points=points,
         traces=points if traces else (),
         video=video,
+        progress=is_terminal(sys.stderr) or None,
         **options,
     )
     click.echo("\n".join(filter(None, (drawn.page, video))))
@@ -68,24 +73,34 @@ def write_page(
 
 
 def _motion(file: str) -> tuple[Any, Sequence[ReportPoint]]:
-    """The motion in a file, and the points that its scene reports."""
+    """The motion or impact of a file, and the points that its scene reports."""
     if os.path.isfile(file) and zipfile.is_zipfile(file):
         from ..motion import Trajectory
 
         return Trajectory.load(file), ()
-    from ..impact import solve
     from ..scenefile import load_scene
 
     scene_file = load_scene(file)
-    return solve(scene_file.scene, scene_file.q, scene_file.v), scene_file.points
+    scene, q, v = scene_file.scene, scene_file.q, scene_file.v
+    if scene_file.motion is None:
+        from ..impact import solve
+
+        return solve(scene, q, v), scene_file.points
+    from ..motion import simulate as simulate_motion
+
+    show = bar_on_terminal("s", delay=0.5, bar_format=BAR)
+    duration = scene_file.motion.duration
+    progress = None if show is None else lambda t: show(t, duration)
+    motion = simulate_motion(scene, q, v, settings=scene_file.motion, progress=progress)
+    return motion, scene_file.points
 
 
 @click.command()
 @click.argument("file", type=click.Path())
 @click.option("--output", "-o", type=click.Path(), help="Write the motion to an npz file.")
-@click.option("--duration", "-t", type=float, help="Seconds, instead of the file's.")
-@click.option("--samples", "-n", type=int, help="How many states are kept, instead of the file's.")
-@click.option("--max-step", type=float, help="No step is longer [s], instead of the file's.")
+@click.option("--duration", "-t", type=float, help="Duration [s]; overrides the file.")
+@click.option("--samples", "-n", type=int, help="Number of samples; overrides the file.")
+@click.option("--max-step", type=float, help="Maximum step [s]; overrides the file.")
 @click.option(
     "--stop-time",
     "stop_times",
@@ -114,7 +129,7 @@ def simulate(
     from ..scene.motion import MotionSettings
     from ..scenefile import load_scene
 
-    check_outputs(output, html, picture=plot)
+    check_outputs(motion=output, page=html, picture=plot)
     scene_file = load_scene(file)
     settings = scene_file.motion or MotionSettings()
     settings = settings.changed(**{k: x for k, x in given.items() if x not in (None, ())})
@@ -156,7 +171,7 @@ def _lines(motion: Trajectory) -> list[str]:
             met = [n for n, result in zip(names, impact.contacts, strict=True) if result.touching]
             what = ", ".join(met) or "impulses"
             rows.append([f"{time:.9f}", what, f"{impact.energy.change:.6g}"])
-        lines += ["", *table(["impact [s]", "met", "energy change [J]"], rows)]
+        lines += ["", *table(["impact [s]", "contacts", "energy change [J]"], rows)]
         more = len(motion.impacts) - len(rows)
         if more:
             lines.append(f"... and {more} more, the last at {motion.impacts[-1][0]:.9f} s")

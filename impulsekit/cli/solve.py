@@ -43,7 +43,7 @@ def solve(
     from ..impact import solve as solve_impact
     from ..scenefile import load_scene
 
-    check_outputs(json_to, html, picture=plot)
+    check_outputs(json_to, page=html, picture=plot)
     scene_file = load_scene(file)
     impact = solve_impact(scene_file.scene, scene_file.q, scene_file.v)
     if json_to is None or write_json(_as_dict(scene_file, impact), json_to):

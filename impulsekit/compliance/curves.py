@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import InputError, RangeError, ShapeError, quoted
+from ..errors.calls import public
 from ..scene.numbers import between, keep, number, positive
 from ..tolerances import EPS
 
@@ -27,6 +28,7 @@ else:
     Numbers = tuple
 
 
+@public
 @dataclass(frozen=True)
 class Hertz:
     """Two elastic bodies with round surfaces: F = 4/3 E* √R* δ^1.5 (Hertz 1882).
@@ -96,6 +98,7 @@ class Hertz:
         )
 
 
+@public
 @dataclass(frozen=True)
 class PowerCurve:
     """A curve F = k δ^n: a linear spring with n = 1, Hertz's contact with n = 1.5.
@@ -152,6 +155,7 @@ class PowerCurve:
         return float(whole * betainc(1.0 / n, 0.5, x))
 
 
+@public
 @dataclass(frozen=True)
 class HuntCrossley:
     """A spring with a damper that grows with it: F = k δ^n (1 + λ δ') (Hunt & Crossley 1975).
@@ -178,6 +182,7 @@ class HuntCrossley:
         _of_power(self)
 
 
+@public
 @dataclass(frozen=True)
 class MeasuredCurve:
     """A force by indentation that was measured while loading, linear between the points.

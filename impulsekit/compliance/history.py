@@ -12,9 +12,10 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, check_kind
+from ..errors.calls import public
 from ..impact import Impact
 from ..impact.joint_loads import JointLoad
-from ..impact.named import ByName
+from ..named import ByName
 from ..robot.arrays import read_only
 from ..scene.contacts import turns
 from ..tolerances import NONZERO
@@ -31,6 +32,7 @@ BEHIND, XTOL, RTOL = 1e-12, 1e-15, 1e-14
 IMPOSED = 1e-9
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class ForceHistory(OneLine):
     """The force of one contact while an impact lasts.
@@ -195,6 +197,7 @@ class ForceHistory(OneLine):
         return self.force_at(t)[:, None] * self._share
 
 
+@public
 def force_history(impact: Impact, curve: Curve, contact: str | int | None = None) -> ForceHistory:
     """Return the force of a contact over time, from the impulse that the law of impact gave it.
 

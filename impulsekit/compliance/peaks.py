@@ -11,6 +11,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, check_kind
+from ..errors.calls import public
 from ..impact import Impact
 from ..robot.arrays import lock
 from ..scene import Scene
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from ..batch.result import ImpactBatch
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class PeakForces(OneLine):
     """The largest force of one contact at B states. Arrays are read-only.
@@ -59,6 +61,7 @@ class PeakForces(OneLine):
     lost: np.ndarray
 
 
+@public
 def peak_forces(
     scene: Scene,
     q: ArrayLike,
@@ -184,6 +187,7 @@ def _spread(values: np.ndarray, rows: np.ndarray, nothing: np.ndarray) -> np.nda
     return whole
 
 
+@public
 @dataclass(frozen=True, repr=False)
 class GearPeak(OneLine):
     """The peak torque of a gear in an impact.
@@ -210,6 +214,7 @@ class GearPeak(OneLine):
         return math.nan if self.limit is None else self.torque / self.limit
 
 
+@public
 def gear_peaks(
     impact: Impact,
     stiffness: Mapping[str, float],

@@ -13,6 +13,7 @@ import numpy as np
 from ..design.response import impact_ellipsoid, unit_vector
 from ..display import OneLine
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..errors.calls import public
 from ..impact.mechanics import Mechanics
 from ..robot import Robot, state
 from ..scene import Scene
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 PER_CM2 = 1e4
 
 
+@public
 @dataclass(frozen=True)
 class BodyRegion:
     """A region of the body: how heavy and stiff it is, and its limits.
@@ -100,6 +102,7 @@ EQUALLY_FAST = 1e-12
 STILL = 1e-12
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class TransientContact(OneLine):
     """A transient contact of a robot with a person, beside the limits of the body.
@@ -148,6 +151,7 @@ class TransientContact(OneLine):
     within_limits: bool
 
 
+@public
 def transient_contact(
     robot: Robot | Scene,
     q: ArrayLike,

@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError, quoted
+from ..errors.calls import public
 from ..robot import Robot
 from ..robot.arrays import lock
 from ..scene import Scene
@@ -32,6 +33,7 @@ UNMOVED = 1e-12
 PLACED = 1e-10
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class SparedJoint(OneLine):
     """The point and direction of a blow that loads a joint least.
@@ -60,6 +62,7 @@ class SparedJoint(OneLine):
     share: float
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class WorstBlow(OneLine):
     """The directions of a blow at a point that load a joint most and least.
@@ -85,6 +88,7 @@ class WorstBlow(OneLine):
     kindest_share: float
 
 
+@public
 def reaction_map(
     scene: Scene | Robot, q: ArrayLike, joint: str, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> np.ndarray:
@@ -111,6 +115,7 @@ def reaction_map(
     return Response(scene, q).reaction_map(joint, frame, at)
 
 
+@public
 def spare_joint(
     scene: Scene | Robot,
     q: ArrayLike,
@@ -162,6 +167,7 @@ def spare_joint(
     return SparedJoint(joint, frame, at, n, float(s), share)
 
 
+@public
 def centre_of_percussion(
     scene: Scene | Robot, q: ArrayLike, joint: str, frame: str | None = None
 ) -> SparedJoint:
@@ -212,6 +218,7 @@ def centre_of_percussion(
     return spare_joint(response.scene, response.q, joint, struck, start, end, across)
 
 
+@public
 def worst_blow(
     scene: Scene | Robot,
     q: ArrayLike,

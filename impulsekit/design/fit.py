@@ -21,6 +21,7 @@ from ..errors import (
     check_kind,
     quoted,
 )
+from ..errors.calls import public
 from ..robot.arrays import array_of, floats, lock
 from ..scene import Scene
 from ..tolerances import NONZERO
@@ -60,6 +61,7 @@ LEAST_SIZE = 1e-3
 FRICTIONS = tuple(0.02 * 1.36**k for k in range(15))
 
 
+@public
 def fit_impacts(
     measurements: Sequence[Measurement],
     *,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import RangeError, UnknownNameError
+from ..errors.calls import public
 from ..tolerances import NONZERO
 from .parameters import Parameter
 
@@ -150,6 +151,7 @@ def widened(covariance: np.ndarray, sigma: np.ndarray) -> np.ndarray:
 UNSEEN = 1e-9
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Displayed):
     """The result of a fit with P parameters; arrays are read-only.

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, ShapeError, check_kind
+from ..errors.calls import public
 from ..impact import ImpactSolver
 from ..robot import state
 from ..robot.arrays import array_of, lock
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 NOTHING = 1e-10
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactInvariant(OneLine):
     """Velocities that impacts at the contacts of a scene cannot change, whenever they come.
@@ -85,6 +87,7 @@ class ImpactInvariant(OneLine):
         return left
 
 
+@public
 def impact_invariant(scene: Scene, q: ArrayLike) -> ImpactInvariant:
     """Return the velocities that impacts at a scene's contacts leave alone, at a configuration.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, NotFiniteError, ShapeError
+from ..errors.calls import public
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..scene import AppliedImpulse, Scene
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 RANK = 1e-10
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastBlow(OneLine):
     """The smallest impulse at a point for a desired velocity change.
@@ -50,6 +52,7 @@ class LeastBlow(OneLine):
         return float(np.linalg.norm(self.blow.linear))
 
 
+@public
 def least_blow(
     scene: Scene | Robot,
     q: ArrayLike,

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, ShapeError, UnknownNameError, quoted, shown
+from ..errors.calls import public
 from ..robot.arrays import floats
 from ..robot.robot import with_masses
 from ..scene import JointStop, RestitutionTable, Rope, Scene
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Measurement(OneLine):
     """One measured impact.

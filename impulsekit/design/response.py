@@ -14,6 +14,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
+from ..errors.calls import public
 from ..impact import ImpactSolver
 from ..impact.mechanics import Mechanics
 from ..impact.singular import refuse_massless
@@ -111,6 +112,7 @@ def unit_vector(given: Any, what: str) -> np.ndarray:
 IMMOBILE = 1e-12
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactEllipsoid(OneLine):
     """The mobility of a point, Δu = G p with G = J H Jᵀ, along its own axes.
@@ -153,6 +155,7 @@ class ImpactEllipsoid(OneLine):
         return math.inf if mobility <= self.immobile else 1.0 / mobility
 
 
+@public
 def impact_ellipsoid(
     scene: Scene | Robot, q: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)
 ) -> ImpactEllipsoid:
@@ -189,6 +192,7 @@ def impact_ellipsoid(
     return ImpactEllipsoid(frame, (x, y, z), *arrays, immobile)
 
 
+@public
 def effective_mass(
     scene: Scene | Robot,
     q: ArrayLike,

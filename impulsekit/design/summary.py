@@ -10,6 +10,7 @@ import numpy as np
 
 from ..display import plain
 from ..errors import InputError, MissingExtraError, check_kind, quoted
+from ..errors.calls import public
 from ..robot import Robot
 from ..scene import Scene
 from ..scene.points import DesignPoint
@@ -25,6 +26,7 @@ FAR = 5.0
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
+@public
 def plot_effective_mass(
     ellipsoid: ImpactEllipsoid, plane: str | None = None, ax: Axes | None = None
 ) -> Axes:
@@ -77,6 +79,7 @@ def plot_effective_mass(
     return ax
 
 
+@public
 def plot_sparing(
     scene: Scene | Robot,
     q: ArrayLike,

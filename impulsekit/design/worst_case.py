@@ -14,6 +14,7 @@ import numpy as np
 from ..batch.solve import solve_batch
 from ..display import OneLine
 from ..errors import InputError, RangeError, SetupWarning, check_kind
+from ..errors.calls import public
 from ..robot import state
 from ..scene import Scene
 from ..scene.numbers import number
@@ -33,6 +34,7 @@ MOST_CORNERS = 1024
 MOST_FRICTION = 1e9
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class WorstImpact(OneLine):
     """The largest joint impulse found over a box of coefficients and poses.
@@ -65,6 +67,7 @@ class WorstImpact(OneLine):
     refused: int
 
 
+@public
 def worst_impact(
     scene: Scene,
     q: ArrayLike,

@@ -44,6 +44,7 @@ from .wording import (
     shown,
     warn_of_assumptions,
     warn_of_setup,
+    warn_user,
 )
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     "SceneFileError", "SetupWarning", "ShapeError", "SingularMassError", "SolveError",
     "StateError", "UnknownNameError", "UrdfError", "a_thing", "check_kind",
     "nearest_names", "quoted", "shown", "warn_of_assumptions", "warn_of_setup",
+    "warn_user",
 ]  # fmt: skip
 
 
@@ -120,6 +122,10 @@ MEANT = {
 }
 
 
+# So many known names are listed where none is similar.
+LISTED = 16
+
+
 class UnknownNameError(InputError, KeyError):
     """A name that does not exist. Attributes: kind, name, nearest, known.
 
@@ -140,18 +146,24 @@ class UnknownNameError(InputError, KeyError):
         return Exception.__str__(self)
 
     @classmethod
-    def among(cls, kind: str, name: str, known: Iterable[str], where: str = "") -> UnknownNameError:
-        """Return the error for a ``name`` of a ``kind`` that is not ``known``."""
+    def among(
+        cls, kind: str, name: str, known: Iterable[str], where: str = "", hint: str = ""
+    ) -> UnknownNameError:
+        """Return the error for a ``name`` of a ``kind`` that is not ``known``.
+
+        Args:
+            where: what begins the sentence. hint: what ends it, in place of the nearest names.
+        """
         names = tuple(known)
         nearest = nearest_names(name, names)
         meant = MEANT.get((kind, str(name).rpartition("/")[2]))
-        if meant:
-            hint = meant
+        if hint or meant:
+            hint = hint or str(meant)
         elif nearest:
             hint = "did you mean " + one_of(nearest) + "?"
         elif not names:
             hint = "there are none"
-        elif len(names) <= 12:
+        elif len(names) <= LISTED:
             hint = "choose " + one_of(names)
         else:
             hint = f"none of the {len(names)} known names is similar"

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+# The folder of the package's own code.
+_PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")
 # More sentences than this are a page, not a warning.
 MOST_DOUBTS = 4
 
@@ -92,6 +96,21 @@ def nearest_names(name: str, known: Iterable[str], most: int = 3) -> tuple[str, 
     return tuple(folded[hit] for hit in hits)
 
 
+def warn_user(warning: Warning | str) -> None:
+    """Warn at the user's line: the last one outside the package.
+
+    Example:
+        >>> with warnings.catch_warnings(record=True, action="always") as caught:
+        ...     warn_user("no browser")
+        >>> caught[0].filename == __file__
+        False
+    """
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(warning, stacklevel=level)
+
+
 class AssumptionWarning(UserWarning):
     """A file leaves something open; the sentence says what was assumed.
 
@@ -111,10 +130,8 @@ class AssumptionWarning(UserWarning):
         return escaped(f"{self.source}: assumed: " + "; ".join(self.assumptions))
 
 
-def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int = 2) -> None:
+def warn_of_assumptions(source: str, assumptions: Sequence[str]) -> None:
     """Warn by one ``AssumptionWarning`` for a file, if anything was assumed.
-
-    ``above`` is how many frames stand between this call and the user's line.
 
     Example:
         >>> with warnings.catch_warnings(record=True, action="always") as caught:
@@ -123,7 +140,7 @@ def warn_of_assumptions(source: str, assumptions: Sequence[str], *, above: int =
         'AssumptionWarning'
     """
     if assumptions:
-        warnings.warn(AssumptionWarning(source, assumptions), stacklevel=1 + above)
+        warn_user(AssumptionWarning(source, assumptions))
 
 
 class SetupWarning(UserWarning):
@@ -146,8 +163,8 @@ class SetupWarning(UserWarning):
         return escaped("; ".join([*self.doubts[:MOST_DOUBTS], *tail]))
 
 
-def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
-    """Warn by one ``SetupWarning``, if there is any doubt; ``above`` as for the other.
+def warn_of_setup(doubts: Sequence[str]) -> None:
+    """Warn by one ``SetupWarning``, if there is any doubt.
 
     Example:
         >>> with warnings.catch_warnings(record=True, action="always") as caught:
@@ -156,4 +173,4 @@ def warn_of_setup(doubts: Sequence[str], *, above: int = 2) -> None:
         []
     """
     if doubts:
-        warnings.warn(SetupWarning(doubts), stacklevel=1 + above)
+        warn_user(SetupWarning(doubts))

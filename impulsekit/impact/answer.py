@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import Displayed
+from ..named import ByName, Named
 from ..robot.arrays import read_only
 from ..scene import Scene
-from .named import ByName, Named
 
 if TYPE_CHECKING:
     from .constraint_results import ConstraintResult

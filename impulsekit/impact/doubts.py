@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .answer import Answer
     from .gaps import ContactGap
 
-__all__ = ["doubts_of"]
+__all__ = ["doubts_of", "doubts_of_state"]
 
 # Velocities that change by less than this part are unchanged but for rounding.
 UNCHANGED = 1e-12
@@ -35,6 +35,7 @@ def doubts_of(impact: Answer) -> tuple[str, ...]:
     """Return the warnings, one sentence each; see ``Impact.doubts``."""
     scene = impact.scene
     found = outside_limits(scene.robot, impact.q) + likely_wxyz(scene.robot, impact.q)
+    found += _nothing_to_hit(scene, moves=True)
     gaps: tuple[ContactGap, ...] = ()
     grounds = any(part.changes.grounds for part in scene.robot.parts)
     if scene.contacts or scene.constraints or grounds:
@@ -53,6 +54,39 @@ def doubts_of(impact: Answer) -> tuple[str, ...]:
     found += _nothing_strikes(impact, any(item.touching for item in gaps))
     found += _next_to_no_inertia(impact)
     return tuple(found)
+
+
+def doubts_of_state(scene: Scene, q: np.ndarray, *, moves: bool = False) -> tuple[str, ...]:
+    """Return the warnings about a scene and a configuration that need no solution.
+
+    Args:
+        q: (nq,) configuration.
+        moves: whether the scene is simulated: then gravity and forces act as well.
+    """
+    robot = scene.robot
+    found = outside_limits(robot, q) + likely_wxyz(robot, q)
+    return (*found, *_nothing_to_hit(scene, moves=moves))
+
+
+def _nothing_to_hit(scene: Scene, *, moves: bool) -> list[str]:
+    """Why nothing can be hit, where the robot has a ground or a file with contacts."""
+    if scene.contacts:
+        return []
+    robot = scene.robot
+    grounds = [f'"{part.prefix}{one.name}"' for part in robot.parts for one in part.changes.grounds]
+    if grounds:
+        return [
+            f"nothing can be hit: the robot has the ground {grounds[0]}, and the scene no "
+            'contacts; Scene(..., collisions="all") lets everything collide'
+        ]
+    if robot.touching_pairs:
+        return [
+            "nothing can be hit: the robot's file has contacts, and the scene none; "
+            "Scene.of_robot(robot) takes the file's"
+        ]
+    if moves or scene.impulses or scene.constraints:
+        return []
+    return ["nothing strikes: the scene has no impulses, constraints or contacts"]
 
 
 def _long_levers(scene: Scene) -> Iterator[str]:
@@ -171,9 +205,9 @@ def _nothing_strikes(impact: Answer, touches: bool) -> list[str]:
     if size == 0.0:
         return ["nothing strikes: no impulse acts and the robot is at rest"]
     if scene.contacts and not touches:
-        from .gaps import nearest_contact
+        from .gaps import nearest_contacts
 
-        nearest = nearest_contact(scene, Posture(scene.robot, impact.q, impact.v_before))
+        (nearest,) = nearest_contacts(scene, Posture(scene.robot, impact.q, impact.v_before))
         unit = "rad" if nearest.angular else "m"
         return [
             f"nothing strikes: no contact touches; the nearest, {nearest.name}, is "

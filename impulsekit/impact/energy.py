@@ -11,9 +11,9 @@ import numpy as np
 
 from ..display import Displayed
 from ..errors import RangeError
+from ..named import ByName
 from ..scene import AppliedImpulse
 from ..tolerances import NONZERO
-from .named import ByName
 
 if TYPE_CHECKING:
     from .touched import TouchedAnswer

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import one_line
+from ..errors.calls import public
+from ..named import ByName
 from ..robot.arrays import read_only
 from ..scene.numbers import not_negative
-from .named import ByName
 from .status import RESIDUAL_LIMIT, Status, judged
 from .touched import TouchedAnswer
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Impact"]
 
 
+@public
 class Impact(TouchedAnswer):
     """The result of an impact at one state.
 
@@ -203,7 +205,7 @@ class Impact(TouchedAnswer):
         return point_velocity(self, frame, at)
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything, ready for JSON; SI units, world axes."""
+        """Everything, ready for JSON; SI units, world axes. Contacts that do not touch by name."""
         return {
             "robot": self.scene.robot.name,
             "joints": list(self.scene.robot.joint_names),
@@ -225,7 +227,8 @@ class Impact(TouchedAnswer):
             },
             "reactions": {name: wrench.tolist() for name, wrench in self.reactions.items()},
             "constraints": [result.to_dict() for result in self.constraints],
-            "contacts": [result.to_dict() for result in self.contacts],
+            "contacts": [result.to_dict() for result in self.contacts if result.touching],
+            "not_touching": [result.name for result in self.contacts if not result.touching],
             "energy": self.energy.to_dict(),
             "residuals": dataclasses.asdict(self.residuals),
         }

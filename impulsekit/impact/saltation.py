@@ -18,6 +18,7 @@ import numpy as np
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, ShapeError
+from ..errors.calls import public
 from ..robot.arrays import array_of, floats, lock
 from ..scene.functions import call
 
@@ -96,6 +97,7 @@ class Saltation(OneLine):
     speed: float
 
 
+@public
 def saltation(
     impact: Impact,
     contact: str | None = None,

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from ..display import one_line
 from ..errors import InputError, check_kind, warn_of_setup
+from ..errors.calls import public
 from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
 from ..scene import Scene
@@ -33,6 +34,7 @@ __all__ = ["ImpactSolver", "solve", "solve_touching", "solve_without_warnings"]
 MANY = 100
 
 
+@public
 class ImpactSolver:
     """The plan of a scene and its workspace; ``solve`` may be called any number of times.
 
@@ -182,6 +184,7 @@ def _with_impulses(scene: Scene, impulses: Any) -> tuple[Scene, np.ndarray]:
     return scene.with_numbers(with_numbers(scene.impulses, numbers[0])), numbers[0]
 
 
+@public
 def solve(scene: Scene, q: ArrayLike, v: ArrayLike, *, impulses: Any = None) -> Impact:
     """Solve the impact of a scene at one state: the velocity jump and all that follows from it.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from ..named import Named
 from .answer import Answer
-from .named import Named
 
 if TYPE_CHECKING:
     from .contact_results import ContactResult

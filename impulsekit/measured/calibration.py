@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
+from ..errors.calls import public
 from ..robot.robot import with_masses
 from ..scene import Scene
 from .flight import Flight
@@ -43,6 +44,7 @@ _ROWS = (
 )
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(OneLine):
     """Differences of recordings from the world of a scene, each with its standard deviation.
@@ -213,6 +215,7 @@ class Calibration(OneLine):
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
 
+@public
 def calibrate(recordings: Recording | Sequence[Recording], scene: Scene) -> Calibration:
     """Find how recordings of a free body or robot differ from the world of a scene.
 

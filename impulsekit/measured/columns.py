@@ -19,6 +19,7 @@ from ..errors import (
     UnknownNameError,
     quoted,
 )
+from ..errors.calls import public
 from ..robot import Robot
 from .csv_table import hint_for_name
 from .recording_checks import (
@@ -50,6 +51,7 @@ _WHOLE = ("t", "q", "v")
 _JOINT = re.compile(r"(q|v|" + "|".join(_BODY) + r")\.(.+)$")
 
 
+@public
 @dataclass(frozen=True)
 class RecordingFormat:
     """Units and orders of a recording that its column names do not say.

@@ -14,6 +14,7 @@ from ..design.parameters import Measurement, scene_of
 from ..design.solved import SolvedImpacts
 from ..display import Displayed, one_line, table
 from ..errors import ImpulsekitError, InputError
+from ..errors.calls import public
 from ..impact.flat.model import flat_model_of
 from ..robot.arrays import lock
 from ..scene import JointLock, Law, RestitutionTable, Scene
@@ -28,6 +29,7 @@ TOO_NEAR = 0.05
 MOST_LOOKED_AT = 200
 
 
+@public
 @dataclass(frozen=True)
 class LawCandidate:
     """One way to predict impacts.
@@ -151,6 +153,7 @@ MOST_SHOWN = 8
 NOT_DISTINGUISHED = 0.05
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class LawComparison(Displayed):
     """Predictions of laws for impacts that took no part in their fits; arrays are read-only.
@@ -239,6 +242,7 @@ class LawComparison(Displayed):
         }
 
 
+@public
 def compare_laws(
     measurements: Sequence[Measurement],
     candidates: Sequence[LawCandidate] | None = None,

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from ..design.fit import Measurement
 from ..display import OneLine, one_line
+from ..errors.calls import public
 from ..impact.flat.scene import flat_scene
 from ..rows.bodies import bodies_of
 from ..scene import Collision, GapContact, JointStop, Rope, Scene
@@ -70,6 +71,7 @@ def at_touch(
 WHAT_MEETS = {1: "point", 2: "edge"}
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class FoundImpact(OneLine):
     """An impact in a recording, with flights fitted on both sides. Arrays are read-only.
@@ -172,6 +174,7 @@ def only_contacts(
     return replace(scene, impulses=(), contacts=kept)
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class FoundImpacts(OneLine):
     """Impacts found in one or more recordings.

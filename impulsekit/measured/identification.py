@@ -13,6 +13,7 @@ from ..design.fit import Fit, fit_impacts
 from ..design.parameters import changed_scene
 from ..display import OneLine, plain
 from ..errors import InputError, check_kind
+from ..errors.calls import public
 from ..scene import Scene
 from .calibration import Calibration, calibrate
 from .comparison import LawComparison, compare_laws
@@ -25,6 +26,7 @@ from .recording import Recording, as_recordings
 MOST_NOTES = 8
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(OneLine):
     """Everything that recordings determine of a scene.
@@ -202,6 +204,7 @@ def _as_dict(found: Identification, level: float) -> dict[str, Any]:
 FEWEST_TO_COMPARE = 10
 
 
+@public
 def identify(
     recordings: Sequence[Recording],
     scene: Scene,

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..design.parameters import checked_sigma
 from ..errors import InputError, RangeError, check_kind
+from ..errors.calls import public
 from ..robot.arrays import lock
 from ..scene import Scene
 from .active_contacts import ClosingContacts
@@ -54,6 +55,7 @@ MOST_LOOKED_AT = 8
 RECUTS = 2
 
 
+@public
 def find_impacts(
     recordings: Recording | Sequence[Recording],
     scene: Scene,

@@ -20,6 +20,7 @@ import pinocchio as pin
 
 from ..design.parameters import Measurement
 from ..errors import InputError, ShapeError, UnknownNameError, quoted, shown
+from ..errors.calls import public
 from ..files import as_file_error, read_text_file
 from ..scene import Scene
 from .csv_table import csv_columns
@@ -31,6 +32,7 @@ PARTS = ("q", "before", "after")
 _COLUMN = re.compile(r"(q|before|after)\.(.+?)(?:\[(\d+)\])?$")
 
 
+@public
 def load_measurements(
     path: str | os.PathLike[str], scene: Scene, q: ArrayLike, v: ArrayLike
 ) -> list[Measurement]:

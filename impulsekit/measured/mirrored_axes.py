@@ -11,6 +11,7 @@ import numpy as np
 from ..design.parameters import Measurement, scene_of
 from ..display import OneLine
 from ..errors import InputError
+from ..errors.calls import public
 from ..tolerances import NONZERO
 from .active_contacts import ClosingContacts
 
@@ -28,6 +29,7 @@ AS_WELL, NOTHING = 1.001, 1e-12
 REDUNDANT = 1e-9
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class MirroredAxes(OneLine):
     """Signs of velocity components for which impacts conserve momentum.
@@ -62,6 +64,7 @@ class MirroredAxes(OneLine):
         return found
 
 
+@public
 def find_mirrored(measurements: Sequence[Measurement]) -> MirroredAxes:
     """Find the components of velocities that are recorded with the other sign.
 

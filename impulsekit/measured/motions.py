@@ -15,6 +15,7 @@ from ..design.parameters import (
 )
 from ..display import OneLine, one_line
 from ..errors import InputError, RangeError, UnknownNameError
+from ..errors.calls import public
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number, whole
@@ -49,6 +50,7 @@ LEAST_SIZE = 1e-12
 WEAK = 0.1
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionFit(OneLine):
     """The result of a fit to whole motions, P parameters; arrays are read-only.
@@ -121,6 +123,7 @@ class MotionFit(OneLine):
         return np.percentile(self.samples, [tail, 100.0 - tail], axis=0).T
 
 
+@public
 def fit_motion(
     recordings: Sequence[Recording],
     scene: Scene,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileError, InputError, MissingExtraError, ShapeError, quoted, shown
+from ..errors.calls import public
 from ..files import as_file_error, open_plain_file, path_of, read_npz
 from ..robot import Robot
 from .columns import RecordingFormat
@@ -29,6 +30,7 @@ LABELS = ("recording", "toss_id", "toss", "trial")
 _SCALARS = ("rate_hz", "length_scale")
 
 
+@public
 def load_recordings(
     path: str | os.PathLike[str],
     robot: Robot,

@@ -12,6 +12,7 @@ import pinocchio as pin
 from ..design.parameters import checked_sigma
 from ..display import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing
+from ..errors.calls import public
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..robot.state import QUATERNION_TOLERANCE, checked_configuration
@@ -31,6 +32,7 @@ def _slopes(times: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(powers, offsets, rcond=None)[0][1] / size
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording(OneLine):
     """Configurations of a robot over time: a log, the result of another simulator, a path.

@@ -56,6 +56,11 @@ class FlatMotion:
     watched: tuple[Callable[[float], np.ndarray], ...]
 
 
+def is_new(scene: Scene) -> bool:
+    """Return whether a scene was not simulated yet."""
+    return id(scene) not in _motions.by_scene
+
+
 def flat_motion(scene: Scene) -> FlatMotion:
     """The scene in the core, made once."""
     return _motions.of(scene)

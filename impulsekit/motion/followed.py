@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError, check_kind
+from ..errors import InputError, check_kind, warn_of_setup
 from ..impact import Impact
+from ..impact.doubts import doubts_of_state
 from ..impact.solver import solve_touching
 from ..robot import state
 from ..robot.model_checks import check_capacity
@@ -20,9 +21,10 @@ from ..scene.driven import is_driven
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
 from ..scene.scene import SceneCache, scene_at
+from .flat import is_new
 from .interrupts import Interrupts
 from .record.path import Path
-from .record.sampled import Impacts, Rest
+from .record.sampled import Hits, Rest
 from .record.status import MotionStatus
 from .record.trajectory import Trajectory
 from .start import begin, core_of
@@ -50,7 +52,7 @@ class Followed:
     ) -> None:
         self.scene, self.settings = scene, settings
         self.core, self._start = core_of(scene, q, v, settings), (q, v)
-        self.first: Impacts = ()
+        self.first: Hits = ()
 
     def begin(self) -> None:
         """Bring it to just after t = 0."""
@@ -123,7 +125,7 @@ class Followed:
             evaluations=core.evaluations,
         )
 
-    def impacts(self, until: float) -> Callable[[], Impacts]:
+    def impacts(self, until: float) -> Callable[[], Hits]:
         """Return the impacts up to a time [s], each with all results of ``solve``."""
         scene, first = self.scene, self.first
         met = [hit for hit in self.core.impacts if hit[0] <= until]
@@ -143,6 +145,12 @@ class Followed:
             return str(self.core.detail)
         t, impact = self.impacts(math.inf)()[-1]
         return f"the impact at {t:.9g} s is {impact.describe_status()}"
+
+
+def warn_of_start(scene: Scene, q: np.ndarray) -> None:
+    """Warn of what is likely not meant, the first time that a scene is simulated."""
+    if is_new(scene):
+        warn_of_setup(doubts_of_state(scene, q, moves=True))
 
 
 def checked_start(

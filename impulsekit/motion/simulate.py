@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError, NotFiniteError, RangeError, a_thing, quoted, warn_of_setup
+from ..errors.calls import public
 from ..scene import Scene
 from ..scene.functions import let_through
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
-from .followed import Followed, checked_start
+from .followed import Followed, checked_start, warn_of_start
 from .record.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ __all__ = ["chosen_settings", "sample_times", "simulate"]
 BAR = "{l_bar}{bar}| {n:.4g} of {total:.4g} s [{elapsed}<{remaining}]"
 
 
+@public
 def simulate(
     scene: Scene,
     q: ArrayLike,
@@ -74,6 +76,10 @@ def simulate(
             [s] after every step.
         **changes: single settings to change, such as ``accuracy="high"`` or ``method="radau"``.
 
+    Warns:
+        SetupWarning: the first time that a scene is simulated, if nothing can be hit or q is likely
+            not meant.
+
     Returns:
         The motion. If it ended early, ``status`` gives the reason, and the part computed until
         then is kept; after Ctrl-C the status is ``INTERRUPTED``.
@@ -102,6 +108,7 @@ def simulate(
         raise InputError(f"progress must be True or a function of the time, got {quoted(progress)}")
     chosen, times = chosen_settings(settings, duration, samples, changes)
     q, v = checked_start(scene, q, v, "simulate")
+    warn_of_start(scene, q)
     with (
         np.errstate(over="ignore", invalid="ignore", divide="ignore"),
         _shown(progress, chosen.duration) as tell,
@@ -149,9 +156,7 @@ def chosen_settings(
         given["samples"] = samples
     chosen = base.changed(**given)
     if settings is None and duration is None:
-        warn_of_setup(
-            [f"no duration is given: the motion ends after {chosen.duration:g} s"], above=3
-        )
+        warn_of_setup([f"no duration is given: the motion ends after {chosen.duration:g} s"])
     if samples is not None and np.ndim(samples) > 0:
         return chosen, sample_times(samples, chosen.duration)
     return chosen, sample_times(chosen.samples, chosen.duration)

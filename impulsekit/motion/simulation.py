@@ -13,15 +13,16 @@ import numpy as np
 
 from .._core import ForcesOfMotion
 from ..display import one_line
-from ..errors import InputError, RangeError, ShapeError, SolveError, check_kind
+from ..errors import InputError, RangeError, ShapeError, SolveError, a_thing, check_kind
+from ..errors.calls import public
 from ..impact import Impact
-from ..robot.arrays import read_only
+from ..robot.arrays import array_of, read_only
 from ..scene import Scene
 from ..scene.functions import let_through
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .flat import flat_motion
-from .followed import BETWEEN_LOOKS, Followed, checked_start
+from .followed import BETWEEN_LOOKS, Followed, checked_start, warn_of_start
 from .record.loads import pushed_points
 from .record.sampled import Impacts, slip_without_direction
 from .record.status import MotionStatus
@@ -61,6 +62,7 @@ def _alone(
     return guarded
 
 
+@public
 class Simulation:
     """A motion that goes on step by step, with torques that are set on the way.
 
@@ -82,7 +84,7 @@ class Simulation:
 
     Attributes:
         controls: torques [N m, N] by joint name, added to the scene's forces from ``t`` on; a
-            number, or (k,) for a joint of k degrees of freedom.
+            number, or (k,) for a joint of k degrees of freedom. ``control`` sets all at once.
 
     Raises:
         ShapeError, NotFiniteError, StateError, InputError, SolveError: as ``simulate``; and
@@ -115,13 +117,45 @@ class Simulation:
         base = MotionSettings() if settings is None else settings
         check_kind(base, MotionSettings, "settings")
         q, v = checked_start(scene, q, v, "Simulation")
+        warn_of_start(scene, q)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             chosen = base.changed(**changes)
             self._followed = let_through(lambda: Followed(scene, q, v, chosen), lambda: 0.0)
             let_through(self._followed.begin, lambda: 0.0)
         self._record, self._t, self._in_use = bool(record), 0.0, Lock()
-        self.controls = Controls(scene)
+        self._controls = Controls(scene)
         self._stop_at(0.0)
+
+    @property
+    def controls(self) -> Controls:
+        """Torques [N m, N] by joint name, added to the scene's forces from ``t`` on."""
+        return self._controls
+
+    @controls.setter
+    def controls(self, torques: Any) -> None:
+        raise InputError(
+            f"controls holds torques by joint name, got {a_thing(torques)}: set one as in "
+            'sim.controls["knee"] = 5.0, or all by sim.control(torques)'
+        )
+
+    def control(self, torques: ArrayLike) -> Simulation:
+        """Set the torques of all joints from ``t`` on; returns itself.
+
+        Args:
+            torques: (nv,) in the order of v [N m, N].
+
+        Raises:
+            ShapeError, NotFiniteError, InputError: not nv finite numbers.
+
+        Example:
+            >>> from impulsekit import Robot, Scene, Simulation
+            >>> arm = Robot.from_example("panda")
+            >>> sim = Simulation(Scene(arm), arm.neutral(), arm.velocity())
+            >>> sim.control([0, 2, 0, 0, 0, 0, 0, 0, 0]).controls["panda_joint2"]
+            2.0
+        """
+        self._controls.set_all(array_of(torques, (self._followed.scene.robot.nv,), "control"))
+        return self
 
     @property
     def t(self) -> float:
@@ -144,7 +178,11 @@ class Simulation:
     @_alone
     def impacts(self) -> Impacts:
         """(time [s], ``Impact``) of all up to ``t``."""
+<<<<<<< HEAD
         return self._impacts()
+=======
+        return Impacts(self._followed.impacts(self._t)())
+>>>>>>> 8550de27 (Wrong calls get impulsekit's error; reports say what carries)
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -231,8 +269,13 @@ class Simulation:
     def copy(self) -> Simulation:
         """The same motion at the same time, which goes on by itself."""
         twin = object.__new__(type(self))
+<<<<<<< HEAD
         own = {"_followed": self._followed.copy(), "controls": self.controls.copy()}
         vars(twin).update(vars(self), **own, _in_use=Lock())
+=======
+        controls = self.controls.copy()
+        vars(twin).update(vars(self), _followed=self._followed.copy(), _controls=controls)
+>>>>>>> 8550de27 (Wrong calls get impulsekit's error; reports say what carries)
         return twin
 
     def restore(self, state: Simulation) -> None:
@@ -324,6 +367,26 @@ class Controls(MutableMapping[str, Any]):
         twin = object.__new__(Controls)
         vars(twin).update(vars(self), torques=self.torques.copy())
         return twin
+
+    def set_all(self, torques: np.ndarray) -> None:
+        """Set all torques (nv,)."""
+        self.torques[:] = torques
+        self.changed = True
+
+    def update(self, other: Any = (), /, **torques: Any) -> None:
+        """Set some torques; a mapping, pairs, or by keyword.
+
+        Raises:
+            InputError: none of these.
+        """
+        try:
+            given = {**dict(other), **torques}
+        except (TypeError, ValueError):
+            raise InputError(
+                f"controls.update takes torques by joint name, got {a_thing(other)}; an array of "
+                "all is set by sim.control(torques)"
+            ) from None
+        super().update(given)
 
     def _where(self, name: str) -> slice:
         if name not in self._places:

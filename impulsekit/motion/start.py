@@ -9,7 +9,8 @@ from .._core import Motion
 from ..errors import InputError, RangeError, SingularMassError
 from ..impact import Impact, ImpactSolver
 from ..impact.singular import check_pivots, refuse_massless
-from ..scene import JointStop, Scene
+from ..robot.geometry import geometry_ids
+from ..scene import Collision, JointStop, Scene
 from ..scene.coefficients import EllipticFriction
 from ..scene.motion import MotionSettings
 from .flat import check_driven, flat_motion
@@ -20,6 +21,8 @@ __all__ = ["begin", "core_of"]
 HUGE = 1e100
 # What may overlap at the start [m]: rounding of a state written by hand.
 PENETRATION = 1e-6
+# So many overlaps are listed in one error.
+LISTED = 12
 # Gaps that change more slowly than this share of the capture speed neither open nor close.
 SLOW_SHARE, FAINT = 1e-3, 1e-12
 
@@ -103,17 +106,30 @@ def _refuse_singular(scene: Scene, q: np.ndarray) -> None:
 
 
 def _refuse_penetration(scene: Scene, touching: list[tuple[int, int, float, float]]) -> None:
-    if not touching:
+    """Raise one error on all contacts that overlap at the start, the deepest first."""
+    deepest: dict[int, float] = {}
+    for _, entry, gap, _ in touching:
+        if gap < -PENETRATION:
+            deepest[entry] = min(gap, deepest.get(entry, 0.0))
+    if not deepest:
         return
-    _, entry, gap, _ = min(touching, key=lambda one: one[2])
-    if gap < -PENETRATION:
-        name = scene.entry_names("contacts")[entry]
-        if isinstance(scene.contacts[entry], JointStop):
-            said = f"starts {-gap:.3g} (rad or m) past its limit; move the joint or the limit"
-        else:
-            said = f"starts {-gap:.3g} m in penetration; raise the robot or move the plane"
-        raise InputError(
-            f"{name} {said}",
-            contact=name,
-            gap=gap,
-        )
+    names = scene.entry_names("contacts")
+    sentences = [
+        _overlap(scene, entry, names[entry], -gap)
+        for entry, gap in sorted(deepest.items(), key=lambda one: one[1])
+    ]
+    if len(sentences) > LISTED:
+        sentences[LISTED:] = [f"and {len(sentences) - LISTED} more"]
+    first = min(deepest, key=deepest.__getitem__)
+    raise InputError("; ".join(sentences), contact=names[first], gap=deepest[first])
+
+
+def _overlap(scene: Scene, index: int, name: str, depth: float) -> str:
+    entry = scene.contacts[index]
+    if isinstance(entry, JointStop):
+        return f"{name} starts {depth:.3g} (rad or m) past its limit; move the joint or the limit"
+    if not isinstance(entry, Collision):
+        return f"{name} starts {depth:.3g} m in penetration; raise the robot or move the plane"
+    pair = f'"{entry.first}" and "{entry.other}" overlap by {1e3 * depth:.3g} mm at the start'
+    moving = all(geometry_ids(scene.robot, one)[1] for one in (entry.first, entry.other))
+    return f"{pair}: {'exclude the pair or change q' if moving else 'change q'}"

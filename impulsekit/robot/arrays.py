@@ -111,7 +111,8 @@ def number(value: Any, what: str) -> float:
     """Return a finite float.
 
     Raises:
-        NotFiniteError: not a number (text and truth values are none), NaN or infinite.
+        InputError: not a number; text and truth values are none.
+        NotFiniteError: NaN or infinite.
         RangeError: beyond ±1e100.
     """
     try:
@@ -120,9 +121,7 @@ def number(value: Any, what: str) -> float:
             raise TypeError
         result = float(value)
     except (TypeError, ValueError, OverflowError):
-        raise NotFiniteError(
-            f"{what} must be a number, got {quoted(value)}", what=what, where=what
-        ) from None
+        raise InputError(f"{what} must be a number, got {quoted(value)}", what=what) from None
     if not math.isfinite(result):
         raise NotFiniteError(f"{what} must be a finite number, got {result}", what=what, where=what)
     if abs(result) > LARGEST:

@@ -29,9 +29,16 @@ class RobotBase(Displayed):
     # ``RobotStates`` reads it on first access.
     collision_model: pin.GeometryModel
 
-    def __init__(self, model: pin.Model, parts: Iterable[RobotPart], name: str) -> None:
+    def __init__(
+        self, model: pin.Model, parts: Iterable[RobotPart] = (), name: str = "robot"
+    ) -> None:
         self.model = model
         self.parts = tuple(parts)
+        if not self.parts:
+            raise InputError(
+                "Robot has no such constructor: Robot.from_file reads a URDF, MJCF or SDF file, "
+                "Robot.from_example an example, Robot.from_model a pin.Model"
+            )
         self.name = name
         # By index in ``collision_model``, corners and hulls of the meshes asked for so far; by
         # name, what ``geometry_ids`` found; coal's readers of the meshes of ``visual_model``.

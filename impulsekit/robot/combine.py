@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, ShapeError, UnknownNameError, a_thing, shown
+from ..errors.calls import public
 from .arrays import array_of, floats
 from .placing import rotation_matrix
 from .robot import Robot
@@ -21,10 +22,9 @@ if TYPE_CHECKING:
 ORTHONORMAL = 1e-9
 
 
+@public
 def combine(
-    robots: Mapping[str, Robot] | None = None,
-    /,
-    *,
+    *robots: Mapping[str, Robot],
     placements: Mapping[str, ArrayLike | pin.SE3] | None = None,
     **more: Robot,
 ) -> Robot:
@@ -34,7 +34,7 @@ def combine(
     states are stacked in the order given.
 
     Args:
-        robots, **more: the robots by name.
+        *robots, **more: the robots by name: mappings, or keywords.
         placements: placement of each robot's root in the world: (3,) a point [m], (4, 4) a
             homogeneous matrix, or a ``pin.SE3``; the origin by default.
 
@@ -49,10 +49,17 @@ def combine(
         >>> both.nv, both.joint_names[9]
         (18, 'right/panda_joint1')
     """
-    for what, given in (("robots", robots), ("placements", placements)):
-        if given is not None and not isinstance(given, Mapping):
-            raise InputError(f"combine: {what} must be a mapping by name, got {a_thing(given)}")
-    named = {**(robots or {}), **more}
+    for given in robots:
+        if not isinstance(given, Mapping):
+            raise InputError(
+                f"combine: robots are given by name, as in combine(arm=arm, ball=ball), got "
+                f"{a_thing(given)}"
+            )
+    if not isinstance(placements, Mapping | None):
+        raise InputError(
+            f"combine: placements must be a mapping by name, got {a_thing(placements)}"
+        )
+    named = {**{name: robot for given in robots for name, robot in given.items()}, **more}
     if not named:
         raise InputError("combine needs one robot or more")
     for name in placements or {}:

@@ -7,6 +7,7 @@ import pathlib
 from xml.etree import ElementTree
 
 from ..errors import MissingExtraError, UnknownNameError, UrdfError
+from ..errors.calls import public
 
 # Names of the package's own loaders where they differ from the file's stem.
 _LOADER_NAMES = {
@@ -101,6 +102,7 @@ def _paths() -> dict[str, pathlib.Path]:
     return {name: path for name, path in names.items() if name not in _NO_URDF}
 
 
+@public
 def example_names() -> tuple[str, ...]:
     """Return all names that ``Robot.from_example`` knows, sorted.
 
@@ -111,6 +113,7 @@ def example_names() -> tuple[str, ...]:
     return tuple(sorted(_paths()))
 
 
+@public
 def rotor_inertias(name: str) -> dict[str, float]:
     """Return the inertias of rotors at the output [kg m²] that a robot's makers publish, by joint.
 

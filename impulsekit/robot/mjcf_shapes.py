@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ..errors import ShapeError
+from ..errors import InputError, ShapeError, a_thing
+from ..errors.calls import public
 from .arrays import array_of
 
 if TYPE_CHECKING:
@@ -248,6 +249,7 @@ def coal_shape(shape: PlainShape, *, drawn: bool) -> Any:
 _FREE, _BALL = 0, 1
 
 
+@public
 def mujoco_state(data: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return q (nq,) and v (nv,) of ``Robot.from_mjcf(data.model)`` at the state of MuJoCo's data.
 
@@ -258,6 +260,7 @@ def mujoco_state(data: Any) -> tuple[np.ndarray, np.ndarray]:
         data: a ``mujoco.MjData``; only ``model``, ``qpos`` and ``qvel`` are read.
 
     Raises:
+        InputError: it is no such data.
         ShapeError: of qpos or qvel.
 
     Example:
@@ -268,6 +271,7 @@ def mujoco_state(data: Any) -> tuple[np.ndarray, np.ndarray]:
         >>> mujoco_state(data)[0].tolist()
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     """
+    _check_data(data, "mujoco_state")
     q, v = np.array(data.qpos, dtype=float), np.array(data.qvel, dtype=float)
     for what, own, count in (("qpos", q, data.model.nq), ("qvel", v, data.model.nv)):
         if own.shape != (count,):
@@ -279,6 +283,7 @@ def mujoco_state(data: Any) -> tuple[np.ndarray, np.ndarray]:
     return q, v
 
 
+@public
 def set_mujoco_state(data: Any, q: ArrayLike, v: ArrayLike) -> None:
     """Write q (nq,) and v (nv,) of ``Robot.from_mjcf(data.model)`` into MuJoCo's data.
 
@@ -289,6 +294,7 @@ def set_mujoco_state(data: Any, q: ArrayLike, v: ArrayLike) -> None:
         q, v: the robot's state, as in ``Impact.q`` and ``Impact.v_after``.
 
     Raises:
+        InputError: ``data`` is no such data.
         ShapeError, NotFiniteError.
 
     Example:
@@ -300,6 +306,7 @@ def set_mujoco_state(data: Any, q: ArrayLike, v: ArrayLike) -> None:
         >>> data.qpos.tolist(), data.qvel.tolist()[:3]
         ([0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
     """
+    _check_data(data, "set_mujoco_state")
     qpos = array_of(q, (data.model.nq,), "set_mujoco_state: q")
     qvel = array_of(v, (data.model.nv,), "set_mujoco_state: v")
     for turn, speed in _turns(data.model):
@@ -307,6 +314,11 @@ def set_mujoco_state(data: Any, q: ArrayLike, v: ArrayLike) -> None:
         if speed is not None:
             qvel[speed] = rotation_of(qpos[turn]) @ qvel[speed]
     data.qpos[:], data.qvel[:] = qpos, qvel
+
+
+def _check_data(data: Any, what: str) -> None:
+    if not all(hasattr(data, name) for name in ("model", "qpos", "qvel")):
+        raise InputError(f"{what} takes a mujoco.MjData, not {a_thing(data)}")
 
 
 def _turns(mj: Any) -> Iterator[tuple[slice, slice | None]]:

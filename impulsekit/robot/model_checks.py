@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
+from ..errors.calls import public
 from ..files import free_memory
 from .arrays import LARGEST
 
@@ -39,6 +40,7 @@ def check_capacity(model: pin.Model, copies: int = COPIES) -> None:
         )
 
 
+@public
 def planar_root(
     forward: Sequence[float] = (1.0, 0.0, 0.0), up: Sequence[float] = (0.0, 0.0, 1.0)
 ) -> pin.JointModel:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, quoted, warn_of_setup
+from ..errors import InputError, a_thing, quoted, warn_of_setup
 from . import state
 from .arrays import array_of, read_only
 from .base import RobotBase
@@ -90,7 +90,7 @@ class RobotStates(RobotBase):
             SetupWarning: a named joint is outside its limits, or reads like degrees or like a
                 quaternion w, x, y, z.
         """
-        values = {**(by_name or {}), **joints}
+        values = _values("configuration", by_name, joints)
         q = state.configuration(self, values)
         sentences = [*outside_limits(self, q, values), *likely_degrees(self, values)]
         warn_of_setup([*sentences, *likely_wxyz(self, q)])
@@ -120,7 +120,7 @@ class RobotStates(RobotBase):
             >>> robot.velocity(root_world=[1, 0, 0, 0, 0, 0], q=q)[:3].round(6)
             array([ 0., -1.,  0.])
         """
-        values = {**(by_name or {}), **joints}
+        values = _values("velocity", by_name, joints)
         for name in [name for name in values if name.rpartition("/")[2] == ROOT_WORLD]:
             if name not in self._joint_ids:
                 root = name.removesuffix(ROOT_WORLD) + "root_joint"
@@ -234,6 +234,16 @@ class RobotStates(RobotBase):
         """
         posture = Posture(self, q, v)
         return posture.velocity(frame, posture.placement(frame).point(at))
+
+
+def _values(what: str, by_name: Any, joints: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what was given by joint name."""
+    if not isinstance(by_name, Mapping | None):
+        raise InputError(
+            f"{what}: values are given by joint name, as in {what}(elbow=0.3) or "
+            f"{what}({{...}}), got {a_thing(by_name)}; a full array needs no {what}()"
+        )
+    return {**(by_name or {}), **joints}
 
 
 def _gap(shape: Any, place: pin.SE3, plane: Any) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, RangeError
+from ..errors.calls import public
 from .arrays import array_of, lock
 from .base import RobotBase
 from .state import OUT_OF_PLANE, checked_configuration, checked_velocity
@@ -153,6 +154,7 @@ class Posture(Generic[AnyRobot]):
         return FrameVelocity(linear, angular)
 
 
+@public
 def place(
     robot: RobotBase,
     q: ArrayLike,
@@ -268,6 +270,7 @@ def _turn_root(q: np.ndarray, root: pin.JointModel, turn: np.ndarray, frame: str
         q[start + 2 : start + 4] = np.cos(angle), np.sin(angle)
 
 
+@public
 def pose(
     xyz: ArrayLike = (0.0, 0.0, 0.0),
     *,

@@ -154,7 +154,7 @@ class RobotReaders(RobotStates):
                 f'the robot has a joint "root_joint", so the root joint is named "{own_root}"'
             )
         part = replace(part, root=root_name, assumptions=tuple(assumptions))
-        warn_of_assumptions(part.label, assumptions, above=3)
+        warn_of_assumptions(part.label, assumptions)
         arguments = (urdf.plain,) if joint is None else (urdf.plain, joint, own_root)
         try:
             model = pin.buildModelFromXML(*arguments, mimic=part.mimic)

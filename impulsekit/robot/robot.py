@@ -18,7 +18,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from ..errors.calls import public
 from .arrays import array_of, floats, not_negative, number, text
 from .base import RobotBase
 from .reading import RobotReaders
@@ -157,6 +158,7 @@ def _moments(inertia: Any) -> tuple[float, ...]:
     return tuple(float(array[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
 
 
+@public
 class Robot(RobotReaders):
     """A rigid multibody system: a Pinocchio model with the names of its joints, links and frames.
 
@@ -304,8 +306,12 @@ class Robot(RobotReaders):
             >>> arm.model.armature[2].round(3)
             np.float64(0.612)
         """
-        if not isinstance(armature, Mapping):
-            raise InputError("with_armature: expected a mapping from joint names to numbers")
+        for what, given in (("armature", armature), ("gear", {} if gear is None else gear)):
+            if not isinstance(given, Mapping):
+                raise InputError(
+                    f"with_armature: {what} must be a mapping from joint names to numbers, got "
+                    f"{quoted(given)}"
+                )
         gear, robot = gear or {}, self
         for name in gear:
             if name not in armature:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors.calls import public
+
 if TYPE_CHECKING:
     from .mjcf_shapes import PlainShape, TouchingPair
 
@@ -112,6 +114,7 @@ class Changes:
 NONE = Changes()
 
 
+@public
 @dataclass(frozen=True)
 class RobotPart:
     """One URDF (or one given model) in the world.

@@ -12,7 +12,7 @@ from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..scene import Collision
 
-__all__ = ["CLOSE_BY", "Bodies", "Body", "bodies_of", "body_of"]
+__all__ = ["Bodies", "Body", "bodies_between", "bodies_of", "body_of"]
 
 # Meshes of flat faces are flat to this share of the body's size: within it bodies touch. Below 4e-4
 # the corners of Talos's soles that touch no longer lie around the load.
@@ -50,6 +50,11 @@ class Bodies(NamedTuple):
     size: float
     margin: float
 
+    @property
+    def close(self) -> float:
+        """Gaps up to this are likely meant to touch [m]."""
+        return self.margin + CLOSE_BY * self.size
+
 
 def body_of(robot: Robot, name: str) -> Body:
     """The body of a link or of one piece of geometry."""
@@ -67,7 +72,10 @@ def body_of(robot: Robot, name: str) -> Body:
 
 def bodies_of(robot: Robot, entry: Collision) -> Bodies:
     """The bodies of an entry."""
-    first, other = body_of(robot, entry.first), body_of(robot, entry.other)
+    return bodies_between(body_of(robot, entry.first), body_of(robot, entry.other), entry.margin)
+
+
+def bodies_between(first: Body, other: Body, margin: float | None) -> Bodies:
+    """Two bodies; ``margin`` of their entry, None for the noise of meshes."""
     size = min(first.size, other.size)
-    margin = MESH_NOISE * size if entry.margin is None else entry.margin
-    return Bodies(first, other, size, margin)
+    return Bodies(first, other, size, MESH_NOISE * size if margin is None else margin)

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 import numpy as np
 
 from ..errors import InputError, RangeError, quoted
+from ..errors.calls import public
 from .entry import Checked
 from .functions import numbers_from
 from .numbers import (
@@ -55,6 +56,7 @@ class SpeedTable:
         return float(np.interp(speed, self.speeds, self.values))
 
 
+@public
 @dataclass(frozen=True)
 class Restitution(Checked):
     """A coefficient that is zero below a capture speed.
@@ -80,6 +82,7 @@ class Restitution(Checked):
         return self.value if approach_speed >= self.capture_speed else 0.0
 
 
+@public
 @dataclass(frozen=True)
 class RestitutionTable(SpeedTable):
     """A coefficient by approach speed, linear between the points, constant beyond them.
@@ -144,6 +147,7 @@ def _at_speed(function: Any, speed: float, check: Check, what: str) -> float:
 UNIT_AXIS = 4e-16
 
 
+@public
 @dataclass(frozen=True)
 class StaticKinetic(Checked):
     """µ of a contact that sticks, and of one that slips. ``friction=(0.6, 0.4)`` is the same.
@@ -173,6 +177,7 @@ class StaticKinetic(Checked):
         return self.kinetic if slip_speed > 0.0 else self.static
 
 
+@public
 @dataclass(frozen=True)
 class FrictionTable(SpeedTable):
     """µ by slip speed, linear between the points, constant beyond them.
@@ -192,6 +197,7 @@ class FrictionTable(SpeedTable):
     coefficient = staticmethod(not_negative)
 
 
+@public
 @dataclass(frozen=True)
 class EllipticFriction(Checked):
     """µ by direction: (P₁/µ₁)² + (P₂/µ₂)² ≤ P_n², with maximal dissipation.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from ..errors import InputError, RangeError, ShapeError, quoted
+from ..errors.calls import public
 from ..robot import Robot
 from .entry import BetweenFrames, InJoint, check_one_degree
 from .numbers import (
@@ -37,6 +38,7 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 KEPT = "kept"
 
 
+@public
 @dataclass(frozen=True)
 class PointAnchor(BetweenFrames):
     """Two points share one velocity: a pin, a loop closed by a ball joint.
@@ -75,6 +77,7 @@ class PointAnchor(BetweenFrames):
         keep(self, what, velocity_of(3), "velocity")
 
 
+@public
 @dataclass(frozen=True)
 class FrameAnchor(BetweenFrames):
     """Two frames share their velocity in all or some directions: a weld, a grip, a hinge.
@@ -126,6 +129,7 @@ class FrameAnchor(BetweenFrames):
         object.__setattr__(self, "velocity", velocity)
 
 
+@public
 @dataclass(frozen=True)
 class DistanceAnchor(BetweenFrames):
     """Two points keep their distance: a massless rod with a ball joint at each end.
@@ -163,6 +167,7 @@ class DistanceAnchor(BetweenFrames):
         keep(self, what, velocity_of(1), "velocity")
 
 
+@public
 @dataclass(frozen=True)
 class JointLock(InJoint):
     """A joint stops, or moves at a given speed: a brake, an axle that locks.
@@ -196,6 +201,7 @@ class JointLock(InJoint):
         self.check_length(robot, where, self.velocity, "velocity of")
 
 
+@public
 @dataclass(frozen=True)
 class JointCoupling(InJoint):
     """Joints that move in a fixed ratio: a gear, a differential, a mimic joint.

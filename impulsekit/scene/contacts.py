@@ -8,6 +8,7 @@ from dataclasses import field as a_field
 from typing import Annotated, Any
 
 from ..errors import InputError, RangeError
+from ..errors.calls import public
 from ..robot import Robot
 from .coefficients import (
     ByTable,
@@ -30,6 +31,7 @@ SHORTEST_NORMAL = 1e-9
 Tangential = Annotated[float, between(-1.0, 1.0)]
 
 
+@public
 @dataclass(frozen=True)
 class Contact(Entry):
     """A contact of a point of a frame with a plane fixed in the world or in another frame.
@@ -126,6 +128,7 @@ class Contact(Entry):
         return (self.frame, self.against)
 
 
+@public
 @dataclass(frozen=True)
 class JointStop(InJoint):
     """The limits of a joint as a contact.
@@ -159,7 +162,7 @@ class JointStop(InJoint):
 
     def _check(self, what: str) -> None:
         if self.lower is not None and self.upper is not None and self.lower > self.upper:
-            raise RangeError.of(f"{what}: lower", self.lower, f"at most upper, {self.upper:g}")
+            raise RangeError.of(f"{what}: lower", self.lower, f"at most upper = {self.upper:g}")
 
     def check_robot(self, robot: Robot, where: str) -> None:
         """Prove that the joint has one coordinate, with limits in order."""
@@ -184,6 +187,7 @@ class JointStop(InJoint):
         return float(lower), float(upper)
 
 
+@public
 @dataclass(frozen=True)
 class Collision(Entry):
     """A possible contact of two links, or of two pieces of collision geometry.
@@ -246,6 +250,7 @@ class Collision(Entry):
             )
 
 
+@public
 @dataclass(frozen=True)
 class Rope(BetweenFrames):
     """Two points that a rope joins: no further apart than its length, and free when nearer.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import RangeError
+from ..errors.calls import public
 from .constraints import JointLock
 from .entry import InJoint
 from .functions import call, numbers_from
@@ -32,6 +33,7 @@ RATE_MISTAKEN = 1e-5
 AGAIN_DERIVED = 10.0
 
 
+@public
 @dataclass(frozen=True)
 class Driven(InJoint):
     """A joint that follows a given motion: a shaker, a cam shaft, a conveyor's belt.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypedDict
 
-from ..errors import InputError, RangeError, quoted
+from ..errors import InputError, warn_of_setup
 from ..robot import Robot
 from ..robot.source import Loop
 from .constraints import (
@@ -22,6 +22,8 @@ from .forces import JointFriction, JointSpring
 from .gap_functions import GapConstraint, GapContact
 from .impulses import AppliedImpulse, JointImpulse
 from .law import Law
+from .numbers import choice
+from .overlaps import overlaps, sentence_on
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,7 +40,6 @@ ContactEntry: TypeAlias = Contact | JointStop | Collision | Rope | GapContact
 
 # The direction that a closing joint leaves free, z along its axis.
 _FREE = {"hinge": "rz", "slide": "z"}
-_CONTACTS = (False, "world", "all")
 
 
 class SceneEntries(TypedDict, total=False):
@@ -65,13 +66,18 @@ def contacts_of_file(
     robot: Robot, file_contacts: bool | str, restitution: float, *, turning: bool
 ) -> list[Collision]:
     """Return the collisions of a robot's file; the arguments are those of ``Scene.of_robot``."""
-    which = "world" if file_contacts is True else file_contacts
-    if which not in _CONTACTS:
-        raise RangeError.of("file_contacts", quoted(which), 'False, "world" or "all"')
+    if file_contacts is False:
+        return []
+    which = choice("all", "world")(
+        "all" if file_contacts is True else file_contacts, "file_contacts"
+    )
+    pairs = [pair for pair in robot.touching_pairs if pair.fixed or which == "all"]
+    overlapping = overlaps(robot, [(pair.first, pair.second) for pair in pairs])
+    warn_of_setup(sentence_on(overlapping))
     return [
         _collision(pair, restitution, turning=turning)
-        for pair in (robot.touching_pairs if which else ())
-        if pair.fixed or which == "all"
+        for pair in pairs
+        if (pair.first, pair.second) not in overlapping
     ]
 
 
@@ -80,8 +86,8 @@ def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Coll
     if pair.uneven:
         raise InputError(
             f'the file\'s friction of "{pair.first}" and "{pair.second}" differs between the two '
-            "tangents of MuJoCo's contact frame, whose directions are not in the file; leave out "
-            "file_contacts and give a Collision with friction=EllipticFriction(...)"
+            "tangents of MuJoCo's contact frame, whose directions are not in the file; give "
+            "file_contacts=False and a Collision with friction=EllipticFriction(...)"
         )
     return Collision(
         pair.first,

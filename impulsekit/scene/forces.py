@@ -11,6 +11,8 @@ from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
+from ..errors import InputError, quoted
+from ..errors.calls import public
 from ..robot import Robot
 from .entry import (
     BetweenFrames,
@@ -35,6 +37,7 @@ from .numbers import (
 )
 
 
+@public
 @dataclass(frozen=True)
 class JointFriction(InJoint):
     """Dry (Coulomb) friction in a joint with one degree of freedom.
@@ -76,6 +79,7 @@ Side: TypeAlias = Annotated[str, choice("both", "above", "below")]
 Way: TypeAlias = Annotated[str, choice("both", "push", "pull")]
 
 
+@public
 @dataclass(frozen=True)
 class JointSpring(InJoint):
     """A spring and a damper in a joint with one degree of freedom.
@@ -112,6 +116,7 @@ class JointSpring(InJoint):
     name: Name | None = None
 
 
+@public
 @dataclass(frozen=True)
 class Spring(BetweenFrames):
     """A spring and a damper between two points.
@@ -153,6 +158,7 @@ class Spring(BetweenFrames):
     name: Name | None = None
 
 
+@public
 @dataclass(frozen=True)
 class PD(Checked):
     """A proportional-derivative law: τ = stiffness (target − q) + damping (velocity − v).
@@ -179,6 +185,7 @@ class PD(Checked):
     limit: NotNegative | None = None
 
 
+@public
 @dataclass(frozen=True)
 class TorqueTable:
     """A torque over time from a table, linear between its times and constant beyond them.
@@ -207,6 +214,7 @@ class TorqueTable:
         return float(np.interp(t, self.times, self.values))
 
 
+@public
 @dataclass(frozen=True)
 class Actuator(InJoint):
     """A torque or force in a joint, along its own generalized speeds.
@@ -236,6 +244,11 @@ class Actuator(InJoint):
     def _check(self, what: str) -> None:
         if isinstance(self.torque, PD) or callable(self.torque):
             return
+        if isinstance(self.torque, str):
+            raise InputError(
+                f"{what}: torque must be a number, a PD, a TorqueTable or a function of (t, q, v), "
+                f"got {quoted(self.torque)}"
+            )
         torque = tuple(number(x, f"{what}: torque") for x in each(self.torque))
         object.__setattr__(self, "torque", torque)
 
@@ -253,6 +266,7 @@ def _vector_or_function(value: Any, what: str) -> Any:
 VectorInTime: TypeAlias = Annotated[Vector | Callable[[float], Any], _vector_or_function]
 
 
+@public
 @dataclass(frozen=True)
 class AppliedForce(Entry):
     """An external force and couple at a point of a frame.

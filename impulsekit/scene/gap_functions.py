@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError
+from ..errors.calls import public
 from ..robot import Robot
 from .coefficients import RestitutionLike, Stiffness
 from .constraints import velocity_of
@@ -32,6 +33,7 @@ class _OfFunctions(Entry):
         check_gradient(robot, self, where)
 
 
+@public
 @dataclass(frozen=True)
 class GapConstraint(_OfFunctions):
     """Functions of the configuration that are kept: g(q) = 0, or g at its value at the start.
@@ -81,6 +83,7 @@ class GapConstraint(_OfFunctions):
         keep(self, what, velocity_of(self.rows), "velocity")
 
 
+@public
 @dataclass(frozen=True)
 class GapContact(_OfFunctions):
     """A contact whose gap is a function of the configuration: a cam and its follower, clearance.

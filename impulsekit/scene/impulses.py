@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import InputError, ShapeError, UnknownNameError
+from ..errors.calls import public
 from ..robot import Robot
 from ..robot.arrays import floats
 from ..robot.base import WORLD, WORLD_LINK
@@ -16,6 +17,7 @@ from .entry import Entry, InJoint, check_frame_moves
 from .numbers import Axes, Name, Numbers, Vector, each, number
 
 
+@public
 @dataclass(frozen=True)
 class AppliedImpulse(Entry):
     """An external force impulse and couple impulse at a point of a frame.
@@ -69,6 +71,7 @@ class AppliedImpulse(Entry):
         return replace(self, linear=values[:3], angular=values[3:])
 
 
+@public
 @dataclass(frozen=True)
 class JointImpulse(InJoint):
     """An impulse inside a joint: a motor's kick, combustion in a cylinder.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 from ..errors import InputError
+from ..errors.calls import public
 from .entry import Checked
 from .numbers import between, choice
 
@@ -15,6 +16,7 @@ Order = Literal["simultaneous", "sequential"]
 RESTITUTIONS, SLIPS, ORDERS = map(get_args, (Restitution, Slip, Order))
 
 
+@public
 @dataclass(frozen=True)
 class Law(Checked):
     """The laws of contact: restitution, slip and order. Coefficients belong to each contact.
@@ -66,7 +68,8 @@ class Law(Checked):
         exponent: of "lzb": 1.5 for round surfaces (Hertz), 1 for flat ones.
 
     Raises:
-        RangeError: an unknown name, an exponent that is not 1 to 10.
+        UnknownNameError: an unknown name.
+        RangeError: an exponent that is not 1 to 10.
         InputError: names that cannot be combined.
 
     Example:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import pinocchio as pin
 
-from ..errors import InputError, UnknownNameError, check_kind, warn_of_setup
+from ..errors import InputError, UnknownNameError, check_kind, quoted, warn_of_setup
+from ..errors.calls import public
 from ..robot import Robot
 from .contacts import Collision
 from .numbers import text
+from .overlaps import overlaps, sentence_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,23 +54,28 @@ class _Body(NamedTuple):
     above: tuple[int, int] | None
 
 
+@public
 def collisions(
     robot: Robot,
     first: str | Iterable[str] = "*",
     other: str | Iterable[str] = "*",
+    *,
+    exclude: Iterable[tuple[str, str]] = (),
     **coefficients: Unpack[PairCoefficients],
 ) -> list[Collision]:
     """Return a ``Collision`` for every pair of links that may meet, all with one set of numbers.
 
-    Pairs are left out that belong to one rigid body, that one joint connects, or that the robot's
-    SRDF disables; links without collision geometry are skipped. Pairs whose boxes are apart cost
-    a solve next to nothing.
+    Pairs are left out that belong to one rigid body, that one joint connects, that the robot's
+    SRDF disables, or that overlap in the neutral or a named pose (``robot.poses``), as bodies of
+    neighbouring links often do; links without collision geometry are skipped. Pairs whose boxes
+    are apart cost a solve next to nothing.
 
     Args:
         robot: the robot, as ``combine`` makes it where there are several.
         first, other: names of links, or of pieces fixed in the world such as "ground"; "*" stands
             for any text, as in "arm/*". Either may be a list. With the same names twice, as by
             default, the links collide among themselves.
+        exclude: pairs of names that do not collide, "*" as above.
         **coefficients: ``restitution``, ``friction`` and the other numbers of a ``Collision``.
 
     Returns:
@@ -79,7 +86,7 @@ def collisions(
         InputError: nothing is left of the pairs.
 
     Warns:
-        SetupWarning: links that have a mass, and no geometry.
+        SetupWarning: links that have a mass, and no geometry; pairs left out since they overlap.
 
     Example:
         >>> from impulsekit import combine
@@ -91,36 +98,56 @@ def collisions(
     """
     check_kind(robot, Robot, "collisions")
     bodies, bare = _bodies(robot)
-    patterns = [
-        tuple(
-            text(name, "collisions: the name of a link")
-            for name in ((names,) if isinstance(names, str) else names)
-        )
-        for names in (first, other)
-    ]
+    patterns = [_patterns(names) for names in (first, other)]
     sides = [_chosen(robot, names, bodies, bare) for names in patterns]
     pairs: dict[frozenset[str], tuple[str, str]] = {}
     for one, two in product(*sides):
         if one.joint != two.joint and one.group != two.above and two.group != one.above:
             pairs.setdefault(frozenset((one.name, two.name)), (one.name, two.name))
-    disabled = robot.disabled_pairs
+    for pair in (*robot.disabled_pairs, *_excluded(robot, exclude, bodies, bare)):
+        pairs.pop(pair, None)
+    overlapping = overlaps(robot, pairs.values())
     found = [
         Collision(one, two, name=f"{one} with {two}", **coefficients)
-        for pair, (one, two) in pairs.items()
-        if pair not in disabled
+        for one, two in pairs.values()
+        if (one, two) not in overlapping
     ]
     if not found:
         raise InputError(
             "collisions: no pair is left: links of one rigid body, links that one joint connects "
-            "and pairs that the SRDF disables do not collide; robot.with_ground() gives a ground"
+            "pairs that the SRDF disables, and pairs that overlap in the neutral pose do not "
+            "collide; robot.with_ground() gives a ground"
         )
     named = {name for names in patterns for one in names for name in fnmatch.filter(bare, one)}
     without = [name for name in bare if name in named]
+    sentences = sentence_on(overlapping)
     if without:
         more = f" and {len(without) - NAMED} more" if len(without) > NAMED else ""
         names = ", ".join(f'"{name}"' for name in without[:NAMED])
-        warn_of_setup([f"links without collision geometry do not collide: {names}{more}"])
+        sentences.append(f"links without collision geometry do not collide: {names}{more}")
+    warn_of_setup(sentences)
     return found
+
+
+def _patterns(names: str | Iterable[str]) -> tuple[str, ...]:
+    return tuple(
+        text(name, "collisions: the name of a link")
+        for name in ((names,) if isinstance(names, str) else names)
+    )
+
+
+def _excluded(
+    robot: Robot, exclude: Iterable[tuple[str, str]], bodies: list[_Body], bare: list[str]
+) -> Iterator[frozenset[str]]:
+    """The pairs that the user excludes."""
+    for pair in (exclude,) if isinstance(exclude, str) else exclude:
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise InputError(
+                f'collisions: exclude takes pairs of names, as in [("base", "thigh")], got '
+                f"{quoted(pair)}"
+            )
+        for one, two in product(*(_chosen(robot, _patterns(name), bodies, bare) for name in pair)):
+            yield frozenset((one.name, two.name))
 
 
 def _bodies(robot: Robot) -> tuple[list[_Body], list[str]]:

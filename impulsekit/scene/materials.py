@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..errors import InputError, a_thing
+from ..errors.calls import public
 from ..robot import Robot
 from .coefficients import (
     FrictionLike,
@@ -20,6 +21,7 @@ from .entry import Checked
 from .numbers import Name, text
 
 
+@public
 @dataclass(frozen=True)
 class Material(Checked):
     """A material, and the links that are made of it.
@@ -54,6 +56,7 @@ class Material(Checked):
             robot.frame_id(link, where)
 
 
+@public
 @dataclass(frozen=True)
 class MaterialPair(Checked):
     """The coefficients of two materials that touch, in either order.

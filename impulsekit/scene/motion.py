@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from ..errors import InputError, RangeError, UnknownNameError, quoted
+from ..errors.calls import public
 from .entry import Checked
 from .numbers import Check, between, choice, keep, number
 
@@ -50,6 +51,7 @@ def _times(given: Any, what: str) -> tuple[float, ...]:
     return tuple(times)
 
 
+@public
 @dataclass(frozen=True)
 class MotionSettings(Checked):
     """The settings of ``simulate``; in a scene file the table [motion].

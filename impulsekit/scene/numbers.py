@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError, RangeError, ShapeError, a_thing, quoted
+from ..errors import (
+    InputError,
+    RangeError,
+    ShapeError,
+    UnknownNameError,
+    a_thing,
+    nearest_names,
+    quoted,
+)
+from ..errors.wording import one_of
 from ..robot.arrays import not_negative, number, text
 
 # Of a value and what it is called: the value as it is kept.
@@ -144,7 +153,15 @@ def choice(*allowed: str, separator: str = ", ") -> Check:
     def checked(value: Any, what: str) -> str:
         if not isinstance(value, str) or value not in allowed:
             words = separator.join(f'"{one}"' for one in allowed)
-            raise RangeError.of(what, quoted(value), words)
+            nearest = nearest_names(value, allowed) if isinstance(value, str) else ()
+            hint = f"; did you mean {one_of(nearest)}?" if nearest else ""
+            raise UnknownNameError(
+                f"{what} must be {words}, got {quoted(value)}{hint}",
+                kind=what,
+                name=value,
+                nearest=nearest,
+                known=allowed,
+            )
         return value
 
     return checked

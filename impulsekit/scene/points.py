@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError, a_thing
+from ..errors.calls import public
 from ..robot import Robot
 from .entry import Checked
 from .numbers import Name, Vector
@@ -35,6 +36,7 @@ class _Labelled(Checked):
             robot.joint_id(joint, where)
 
 
+@public
 @dataclass(frozen=True)
 class ReportPoint(_Labelled):
     """A point of a frame, with the name that a report gives it.
@@ -80,6 +82,7 @@ def report_points(value: Any, what: str) -> tuple[ReportPoint, ...]:
     return tuple(points)
 
 
+@public
 @dataclass(frozen=True)
 class DesignPoint(_Labelled):
     """A point where a robot may be struck, and what is of interest there.

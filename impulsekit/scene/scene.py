@@ -16,6 +16,8 @@ import numpy as np
 
 from ..display import Displayed, one_line
 from ..errors import InputError, a_thing
+from ..errors.calls import public
+from ..named import Named
 from ..robot import Robot
 from .law import Law
 from .numbers import Vector, choice, keep, not_negative, text, vector
@@ -39,11 +41,13 @@ _SECTIONS = {
 }
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene(Displayed):
     """A robot with the impulses, constraints, contacts and forces that act on it.
 
-    A scene is frozen, can be pickled and is checked against its robot when created.
+    A scene is frozen, can be pickled and is checked against its robot when created. Its entries
+    are found by place and by name: ``scene.contacts[0]``, ``scene.contacts["floor"]``.
 
     Attributes:
         robot: the robot.
@@ -105,13 +109,14 @@ class Scene(Displayed):
         if not isinstance(self.robot, Robot):
             raise InputError(f"Scene: robot is {a_thing(self.robot)}, not a Robot")
         set_field = object.__setattr__
-        for kind in (*_SECTIONS, "materials"):
-            set_field(self, kind, _entries(getattr(self, kind), kind))
+        set_field(self, "materials", _entries(self.materials, "materials"))
+        for kind in _SECTIONS:
+            self._keep(kind, getattr(self, kind))
         if collisions is not None:
             from .link_pairs import collisions as all_pairs
 
             choice("all")(collisions, "Scene: collisions")
-            set_field(self, "contacts", (*self.contacts, *all_pairs(self.robot)))
+            self._keep("contacts", (*self.contacts, *all_pairs(self.robot)))
         set_field(self, "controlled", _names(self.controlled, "controlled"))
         set_field(self, "gravity", vector(self.gravity, "Scene: gravity"))
         if self.gap_bound != math.inf:
@@ -122,7 +127,7 @@ class Scene(Displayed):
 
             if self.materials or any(map(asks_for_materials, self.contacts)):
                 own = with_materials(self.robot, self.contacts, self.materials)
-                set_field(self, "contacts", own)
+                self._keep("contacts", own)
         self._check_entries()
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
@@ -136,20 +141,21 @@ class Scene(Displayed):
         robot: Robot,
         *,
         file_loops: bool = True,
-        file_contacts: bool | str = False,
+        file_contacts: bool | str = "all",
         file_turning: bool = True,
         joint_damping: bool = False,
         joint_friction: bool = False,
         restitution: float = 0.0,
         **entries: Unpack[SceneEntries],
     ) -> Scene:
-        """Return a scene with the loops, and on request the contacts, of the robot's file.
+        """Return a scene with the loops and the contacts of the robot's file.
 
         Args:
             robot: the robot, such as one of ``Robot.from_mjcf``.
             file_loops: whether the equality constraints of the file become constraints.
-            file_contacts: False for none; "world" (or True) for collisions of the moving geoms
-                with those that are fixed; "all" for collisions among moving geoms too.
+            file_contacts: "all" (or True) for the collisions that an MJCF file allows, "world"
+                for those of moving geoms with fixed ones alone, False for none. Pairs that
+                overlap in the neutral or a named pose are left out, as in ``collisions``.
             file_turning: whether those contacts get the file's torsional and rolling friction too
                 (condim 4 and 6 of MJCF); False takes sliding friction alone, for laws that do not
                 support the others.
@@ -162,9 +168,12 @@ class Scene(Displayed):
                 after the file's. Gravity is the file's unless it is given.
 
         Raises:
-            RangeError: ``file_contacts`` is something else.
+            UnknownNameError: ``file_contacts`` is something else.
             InputError: friction that differs between the two tangents of MuJoCo's contact frame,
                 and what ``Scene`` raises.
+
+        Warns:
+            SetupWarning: pairs left out since they overlap.
 
         Example:
             >>> from impulsekit import Contact, Robot, Scene
@@ -210,8 +219,12 @@ class Scene(Displayed):
     def with_numbers(self, impulses: tuple[AppliedImpulse | JointImpulse, ...]) -> Scene:
         """Return the scene with its impulses at other numbers, which leaves nothing to check."""
         scene = copy.copy(self)
-        object.__setattr__(scene, "impulses", impulses)
+        scene._keep("impulses", impulses)
         return scene
+
+    def _keep(self, kind: str, entries: Any) -> None:
+        """Keep the entries of a ``kind`` such as "impulses", found by name as well."""
+        object.__setattr__(self, kind, Named(_entries(entries, kind), kind.removesuffix("s")))
 
     def _check_entries(self) -> None:
         for kind, known in _SECTIONS.items():
@@ -264,7 +277,8 @@ class Scene(Displayed):
         if kind == "held":
             locks = self.held[len(self.constraints) :]
             return (*self.entry_names("constraints"), *(str(lock.name) for lock in locks))
-        return tuple(entry.name or f"{kind}[{i}]" for i, entry in enumerate(getattr(self, kind)))
+        names: tuple[str, ...] = getattr(self, kind).names
+        return names
 
 
 def _check_law(law: Law, contact: Any, where: str) -> None:

@@ -14,6 +14,7 @@ import pydantic
 
 from ..display import OneLine
 from ..errors import ImpulsekitError, SceneFileError, quoted, warn_of_setup
+from ..errors.calls import public
 from ..files import path_of, read_text_file, reason_of
 from ..robot import Robot
 from ..robot import state as states
@@ -45,6 +46,7 @@ _Numbers = pydantic.TypeAdapter(tuple[float, ...], config=pydantic.ConfigDict(st
 _defaults: dict[str, Any] = {field.name: field.default for field in dataclasses.fields(Scene)}
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class SceneFile(OneLine):
     """A scene file, read.
@@ -78,6 +80,7 @@ class _Settings(pydantic.BaseModel):
     controlled: tuple[str, ...] = _defaults["controlled"]
 
 
+@public
 def load_scene(path: str | os.PathLike[str]) -> SceneFile:
     """Read a scene file.
 

@@ -12,7 +12,8 @@ import numpy as np
 import tomli_w
 
 from ..errors import InputError, a_thing, check_kind, quoted
-from ..files import write_file
+from ..errors.calls import public
+from ..files import ENDINGS, checked_output, write_file
 from ..robot import Robot
 from ..robot import state as states
 from ..scene import Scene
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@public
 def dump_scene(
     scene: Scene,
     q: ArrayLike | None = None,
@@ -89,6 +91,7 @@ def dump_scene(
     return "\n".join(blocks)
 
 
+@public
 def save_scene(
     path: str | os.PathLike[str],
     scene: Scene,
@@ -102,7 +105,8 @@ def save_scene(
     """Write a scene file; paths in it are relative to it. See ``dump_scene``.
 
     Raises:
-        InputError and others of ``dump_scene``; FileError where it cannot be written.
+        InputError: the path does not end in .toml; and others of ``dump_scene``.
+        FileError: it cannot be written.
 
     Example:
         >>> from impulsekit import load_scene
@@ -111,7 +115,7 @@ def save_scene(
     """
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"save_scene takes a path first, then the scene, not {a_thing(path)}")
-    path = pathlib.Path(path)
+    path = pathlib.Path(checked_output(path, "save_scene: path", *ENDINGS["scene"]))
     folder = path.absolute().parent
     text = dump_scene(scene, q, v, points=points, motion=motion, design=design, folder=folder)
     write_file(path, text)

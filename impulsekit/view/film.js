@@ -99,7 +99,7 @@ const films = {
         const frame = new VideoFrame(canvas, { timestamp: Math.round(1e6 * i / FPS) });
         encoder.encode(frame, { keyFrame: i % 60 === 0 });
         frame.close();
-        progress(i / count);
+        progress((i + 1) / count);
         while (encoder.encodeQueueSize > 4) await new Promise(done => setTimeout(done, 1));
       }
       await encoder.flush();

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import base64
-import os
 import pathlib
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
-from ..errors import ImpulsekitError, InputError, MissingExtraError, RangeError
-from ..files import check_writable, path_of, write_file
+from ..errors import ImpulsekitError, MissingExtraError, RangeError
+from ..files import ENDINGS, checked_output, write_file
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # WebGL by the processor: the same pixels with a graphics card and without one.
@@ -40,14 +39,10 @@ def checked_films(video: Any, picture: Any, size: tuple[int, int]) -> dict[str, 
         FileError: a file that cannot be written.
     """
     found: dict[str, Any] = {}
-    for kind, path, ending in (("video", video, ".mp4"), ("picture", picture, ".png")):
+    for kind, path in (("video", video), ("picture", picture)):
         if path is None:
             continue
-        name = os.fspath(path_of(path, f"replay: the {kind}"))
-        if not name.lower().endswith(ending):
-            raise InputError(f'replay: {kind} must end in {ending}, got "{name}"')
-        check_writable(name)
-        found[kind] = name
+        found[kind] = checked_output(path, f"replay: {kind}", *ENDINGS[kind])
     if found:
         if len(size) != 2 or not all(16 <= n <= LARGEST and n % 2 == 0 for n in size):
             raise RangeError.of("replay: size", size, f"two even numbers from 16 to {LARGEST}")
@@ -55,8 +50,13 @@ def checked_films(video: Any, picture: Any, size: tuple[int, int]) -> dict[str, 
     return found
 
 
-def draw_films(page: str, wishes: Mapping[str, Any]) -> None:
+def draw_films(
+    page: str, wishes: Mapping[str, Any], tell: Callable[[float], None] | None = None
+) -> None:
     """Draw the video and the picture of a page's text, whichever are wished for.
+
+    Args:
+        tell: called with the share of the video that is drawn.
 
     Raises:
         MissingExtraError: playwright or Chromium is missing.
@@ -65,20 +65,23 @@ def draw_films(page: str, wishes: Mapping[str, Any]) -> None:
     if wishes:
         # A thread of its own: a notebook's event loop leaves no place for the browser's.
         with ThreadPoolExecutor(1) as pool:
-            pool.submit(_draw, page, wishes).result()
+            pool.submit(_draw, page, wishes, tell).result()
 
 
-def _draw(page: str, wishes: Mapping[str, Any]) -> None:
+def _draw(page: str, wishes: Mapping[str, Any], tell: Callable[[float], None] | None) -> None:
     width, height = wishes["size"]
     with tempfile.TemporaryDirectory() as folder, headless(width, height) as tab:
         path = pathlib.Path(folder) / "page.html"
         path.write_text(page, encoding="utf-8")
+        if tell is not None:
+            tab.expose_function("told", tell)
         tab.goto(path.as_uri())
         tab.wait_for_function("() => window.ready")
         for kind in ("video", "picture"):
             if kind in wishes:
                 try:
-                    drawn = tab.evaluate(f"([w, h]) => films.{kind}(w, h)", [width, height])
+                    arguments = "w, h, window.told" if kind == "video" else "w, h"
+                    drawn = tab.evaluate(f"([w, h]) => films.{kind}({arguments})", [width, height])
                 except Exception as error:
                     raise ImpulsekitError(f"replay: no {kind} could be drawn: {error}") from None
                 write_file(wishes[kind], base64.b64decode(drawn))

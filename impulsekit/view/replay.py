@@ -7,17 +7,18 @@ import os
 import pathlib
 import sys
 import tempfile
-import warnings
 import webbrowser
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..display import Displayed, one_line
-from ..errors import RangeError
-from ..files import check_writable, path_of, write_file
+from ..errors import RangeError, warn_user
+from ..errors.calls import public
+from ..files import ENDINGS, checked_output, write_file
 from ..scene.points import report_points
 from .film import checked_films, draw_films
 from .motions import Shown, shown_motion
@@ -33,8 +34,10 @@ if TYPE_CHECKING:
 
 # [s] The least duration, for a motion of one instant.
 LEAST_DURATION = 1e-9
+BAR = "{desc}: {percentage:3.0f} %|{bar}| [{elapsed}<{remaining}]"
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Replay(Displayed):
     """A replay, drawn.
@@ -71,6 +74,7 @@ class Replay(Displayed):
         return float(self.times[-1])
 
 
+@public
 def replay(
     motion: Trajectory | Impact | Recording,
     html: str | os.PathLike[str] | None = None,
@@ -95,6 +99,7 @@ def replay(
     video: str | os.PathLike[str] | None = None,
     picture: str | os.PathLike[str] | None = None,
     size: tuple[int, int] = (1280, 720),
+    progress: bool | Callable[[float], None] | None = None,
 ) -> Replay:
     """Write an interactive page of a motion, or of an impact with a short coast around it.
 
@@ -126,6 +131,8 @@ def replay(
         video: path of an MP4 of the whole playback, drawn by a headless Chromium.
         picture: path of a PNG at the first impact, or of the middle where there is none.
         size: width and height of video and picture [px], both even.
+        progress: True for a progress bar of the video on stderr, or a function that is called
+            with the share of its frames that are drawn, 0 to 1.
 
     Raises:
         InputError: the motion has no instant, or is of another type; a page without a path; a
@@ -153,7 +160,7 @@ def replay(
     from .stage import camera_of, draw_stage
 
     if html is not None:
-        check_writable(path_of(html, "replay: the page"))
+        html = checked_output(html, "replay: page", *ENDINGS["page"])
     films = checked_films(video, picture, size)
     shown = shown_motion(motion, span)
     if not 0.0 < hold < math.inf:
@@ -199,7 +206,8 @@ def replay(
         followed=actors.followed,
     )
     page = _written(text, html, open)
-    draw_films(text, films)
+    with _told(progress) as tell:
+        draw_films(text, films, tell)
     if viewer is not None:
         send_to(viewer, drawing.commands, view)
     return Replay(
@@ -212,6 +220,20 @@ def replay(
         text,
         page,
     )
+
+
+@contextmanager
+def _told(
+    progress: bool | Callable[[float], None] | None,
+) -> Iterator[Callable[[float], None] | None]:
+    """Return the callback that receives the share of a video that is drawn; a bar for True."""
+    if progress is not True:
+        yield progress or None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=100, desc="video", bar_format=BAR) as bar:
+        yield lambda share: bar.update(100.0 * share - bar.n)
 
 
 def _timeline(shown: Shown, speed: float | None, slow_motion: float, window: float) -> Timeline:
@@ -264,7 +286,7 @@ def _written(text: str, html: str | os.PathLike[str] | None, show: bool) -> str 
     path = pathlib.Path(name)
     write_file(path, text)
     if show and not _opened(path):
-        warnings.warn(f"no browser could be opened; the page is {path}", stacklevel=3)
+        warn_user(f"no browser could be opened; the page is {path}")
     return str(path)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..display import ROUNDING, decimals, paper_decimals, table
 from ..errors import RangeError, check_kind, quoted
+from ..errors.calls import public
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
 from .forms import FORMS, IMPULSE_UNITS, speeds_of, turns_of
@@ -19,14 +20,17 @@ if TYPE_CHECKING:
     from ..scene.points import ReportPoint
 
 # So many links and joints are listed.
-LARGEST = 5
+LARGEST = 3
+# Loads below this share of the largest are shown as 0.
+FAINT_LOAD = 1e-9
 
 
+@public
 def report(
     impact: Impact,
     points: Iterable[ReportPoint] = (),
     *,
-    rows: int = 40,
+    rows: int = 12,
     form: str = "text",
 ) -> str:
     """Report an impact in words and tables. Numbers at machine precision are shown as 0.
@@ -34,7 +38,8 @@ def report(
     Args:
         impact: a solved impact.
         points: points whose velocity is reported, in world axes.
-        rows: the largest number of joint speeds shown; those with the largest jumps.
+        rows: the largest number of joint speeds shown: those of a floating base, and those with
+            the largest jumps.
         form: "text", "markdown" or "json", with the same content; ``Impact.to_dict`` has
             every number in full.
 
@@ -58,7 +63,7 @@ def report(
 
 
 def report_blocks(
-    impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 40
+    impact: Impact, points: Iterable[ReportPoint] = (), *, rows: int = 12
 ) -> list[list[str]]:
     """Return the lines of a report, section by section; the first of each is its title."""
     blocks = [
@@ -94,7 +99,7 @@ def _uniqueness(impact: Impact) -> list[str]:
     found = impact.uniqueness
     lines = [f"uniqueness of v⁺: {found.verdict}; {found.reason}"]
     if found.rule:
-        lines.append(f"shown is {found.rule}")
+        lines.append(f"load split: {found.rule}")
     return lines
 
 
@@ -126,7 +131,8 @@ def _speeds(impact: Impact, most: int) -> list[str]:
     moving = np.flatnonzero(largest > ROUNDING * scale).tolist()
     if not moving:
         return ["Joint speeds: all stay zero"]
-    by_jump = sorted(moving, key=lambda i: -abs(impact.dv[i]))
+    # What a base does comes first: speeds of joints with several, then the largest jumps.
+    by_jump = sorted(moving, key=lambda i: (not speeds[i].component, -abs(impact.dv[i])))
     shown = sorted(by_jump[: max(most, 1)])
     rows = [
         [
@@ -189,12 +195,10 @@ def _constraints(impact: Impact) -> list[str]:
             rows.append([result.name, row, *shown, IMPULSE_UNITS[turning]])
         if not result.unique:
             free = [r for r, one in zip(result.rows, result.unique_rows, strict=True) if not one]
-            notes.append(
-                f"  {result.name}: {', '.join(free)} redundant, the resultant alone counts"
-            )
+            notes.append(f"  {result.name}: only the resultant of {', '.join(free)} is determined")
     head = ["name", "row", "impulse", "velocity before", "after", "units"]
     anchors = [
-        result
+        (result.name, result.gap)
         for entry, result in zip(impact.scene.held, impact.constraints, strict=True)
         if getattr(entry, "other_at", None) is not None
     ]
@@ -205,13 +209,13 @@ def _energy(impact: Impact) -> list[str]:
     energy = impact.energy
     scale = max(energy.before, energy.after, *map(abs, energy.work.values()), 0.0)
     rows = [["before", decimals(energy.before, scale)]]
-    rows += [[f"work of {name}", decimals(work, scale)] for name, work in energy.work.items()]
+    works = {name: decimals(work, scale) for name, work in energy.work.items()}
+    rows += [[f"work of {name}", shown] for name, shown in works.items() if shown != "0"]
     rows += [["after", decimals(energy.after, scale)]]
-    return [
-        "Kinetic energy",
-        *table(["entry", "J"], rows),
-        f"  the energy balance closes to {energy.imbalance:.1e} of the largest entry",
-    ]
+    lines = ["Kinetic energy", *table(["entry", "J"], rows)]
+    if idle := list(works.values()).count("0"):
+        lines.append(f"  {_counted(idle, 'entry', 'entries')} without work")
+    return [*lines, f"  energy balance error {energy.imbalance:.1e} of the largest entry"]
 
 
 def _links(impact: Impact) -> list[str]:
@@ -236,14 +240,31 @@ def _links(impact: Impact) -> list[str]:
 def _joint_loads(impact: Impact) -> list[str]:
     """Return the joints that the impact bends or turns most, for bearings and gears."""
     loads = [load for load in impact.joint_loads.values() if load.axis is not None]
-    loads.sort(key=lambda load: -max(load.bending, abs(load.torque)))
     force = max((float(np.linalg.norm(load.force)) for load in loads), default=0.0)
     moment = max((float(np.linalg.norm(load.moment)) for load in loads), default=0.0)
+    # Beside a force, a moment counts by its lever: moments alone may all be rounding.
+    lever = max(
+        (float(np.linalg.norm(x.com_in_joint)) for x in impact.scene.robot.links), default=0
+    )
+    moment = max(moment, force * lever)
+    turned = {load.joint: max(load.bending, abs(load.torque)) for load in loads}
+    pushed = {load.joint: max(load.shear, abs(load.axial)) for load in loads}
+    loads = [
+        load
+        for load in loads
+        if turned[load.joint] > FAINT_LOAD * moment or pushed[load.joint] > FAINT_LOAD * force
+    ]
+    loads.sort(
+        key=lambda load: (
+            -turned[load.joint] if turned[load.joint] > FAINT_LOAD * moment else 0.0,
+            -pushed[load.joint],
+        )
+    )
     rows = [
         [
             load.joint,
-            *(decimals(x, force) for x in (load.axial, load.shear)),
-            *(decimals(x, moment) for x in (load.bending, load.torque)),
+            *(decimals(x, force, FAINT_LOAD) for x in (load.axial, load.shear)),
+            *(decimals(x, moment, FAINT_LOAD) for x in (load.bending, load.torque)),
         ]
         for load in loads[:LARGEST]
     ]
@@ -269,8 +290,8 @@ def _residuals(impact: Impact) -> list[str]:
     return [f"Residuals, relative: {listed}"]
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" + ("" if count == 1 else "s")
+def _counted(count: int, what: str, plural: str = "") -> str:
+    return f"{count} {what if count == 1 else plural or what + 's'}"
 
 
 def _listed(numbers: Iterable[float]) -> str:

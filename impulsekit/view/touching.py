@@ -11,8 +11,15 @@ import numpy as np
 
 from ..display import decimals, table
 from ..errors import check_kind
-from ..impact.gaps import AnchorOpening, ContactGap, anchor_openings, contact_gaps
-from ..impact.named import Named
+from ..errors.calls import public
+from ..impact.gaps import (
+    AnchorOpening,
+    ContactGap,
+    anchor_openings,
+    contact_gaps,
+    nearest_contacts,
+)
+from ..named import Named
 from ..robot.placing import Posture
 from ..scene import Scene
 from .forms import IMPULSE_UNITS, turns_of
@@ -21,14 +28,15 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ..impact import Impact
-    from ..impact.constraint_results import ConstraintResult
     from ..impact.contact_results import ContactPoint, ContactResult
 
 
 # Gaps below rounding of this [m] are shown as 0: places of robots are no better than 1e-13 of it.
 GAP_SCALE = 1e4
 # Of a line of names [characters].
-WIDTH = 80
+WIDTH = 100
+# So many of the contacts that do not touch are shown.
+NEAREST = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +75,7 @@ class Touching:
     __repr__ = __str__
 
 
+@public
 def touching(scene: Scene, q: ArrayLike, v: ArrayLike | None = None) -> Touching:
     """Report the gaps of all contacts and anchors of a scene at one state, without solving it.
 
@@ -105,14 +114,20 @@ def contacts_section(impact: Impact) -> list[str]:
     lines = _point_rows([r for r in results if r.touching and len(r.impulse) == 3])
     lines += _turning([r for r in results if any(p.turning is not None for p in r.points)])
     lines += _stops(impact, [r for r in results if r.touching and len(r.impulse) == 1])
-    apart = [result.name for result in results if not result.touching]
+    touching = [i for i, result in enumerate(results) if result.touching]
     shared = [result.name for result in results if not result.unique]
-    if apart:
-        lines.append(f"  not touching: {', '.join(apart)}")
     if shared:
-        lines.append(f"  redundant, only the resultant counts: {', '.join(shared)}")
-    has_stops = any(len(result.impulse) == 1 for result in results)
-    lines += gap_lines("gaps [m, rad]" if has_stops else "gaps [m]", results)
+        lines += _wrapped("only the resultant is determined", shared)
+    units = "[m, rad]" if any(len(result.impulse) == 1 for result in results) else "[m]"
+    posture = Posture(impact.scene.robot, impact.q, impact.v_before)
+    gaps = contact_gaps(impact.scene, posture, touching)
+    lines += gap_lines(f"gaps {units}", [(item.name, item.gap) for item in gaps])
+    if count := len(results) - len(touching):
+        near = nearest_contacts(impact.scene, posture, NEAREST, touching)
+        others = "1 other does" if count == 1 else f"{count} others do"
+        nearest = "nearest, " if count > len(near) else ""
+        title = f"{others} not touch; {nearest}gaps {units}"
+        lines += gap_lines(title, [(item.name, item.gap) for item in near])
     return [
         "Contacts: impulses [N s] in world axes, speeds [m/s] along the normal and across",
         *lines,
@@ -146,13 +161,17 @@ def _turning(results: list[ContactResult]) -> list[str]:
     return [title, *table([*head, "speed before", "after"], rows)]
 
 
-def gap_lines(title: str, results: Sequence[ContactResult | ConstraintResult]) -> list[str]:
-    """Return the gaps of entries [m, rad]; below a nanometre they are shown as 0."""
-    if not results:
+def gap_lines(title: str, gaps: Sequence[tuple[str, float]]) -> list[str]:
+    """Return names with their gaps [m, rad]; below a nanometre they are shown as 0."""
+    return _wrapped(title, [f"{name} {decimals(gap, GAP_SCALE)}" for name, gap in gaps])
+
+
+def _wrapped(title: str, words: Sequence[str]) -> list[str]:
+    """Return a list in lines of readable width."""
+    if not words:
         return []
-    shown = [f"{each.name} {decimals(each.gap, GAP_SCALE)}" for each in results]
     return textwrap.wrap(
-        f"{title}: {', '.join(shown)}",
+        f"{title}: {', '.join(words)}",
         WIDTH,
         initial_indent="  ",
         subsequent_indent="    ",

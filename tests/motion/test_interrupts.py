@@ -91,7 +91,7 @@ def test_many_times_at_once():
         np.testing.assert_array_equal(q[row], motion.at(t)[0])
         np.testing.assert_array_equal(v[row], motion.at(t)[1])
     assert motion.at(np.array([]))[0].shape == (0, 2)
-    for bad, error in (([0.5, 2.0], errors.RangeError), ("0.5", errors.NotFiniteError)):
+    for bad, error in (([0.5, 2.0], errors.RangeError), ("0.5", errors.InputError)):
         with pytest.raises(error, match="time"):
             motion.at(bad)
 

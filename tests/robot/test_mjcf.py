@@ -10,7 +10,13 @@ import pinocchio as pin
 import pytest
 
 import impulsekit as ik
-from impulsekit.errors import AssumptionWarning, MjcfError, RangeError, ShapeError
+from impulsekit.errors import (
+    AssumptionWarning,
+    MjcfError,
+    SetupWarning,
+    ShapeError,
+    UnknownNameError,
+)
 
 mujoco = pytest.importorskip("mujoco")
 truth = pytest.importorskip("tests.robot.mujoco_truth")
@@ -279,8 +285,16 @@ def test_geoms_meet_with_the_friction_of_the_file(shape):
     q = robot.configuration(r=[0, 0, half, 0, 0, 0, 1])
     impact = ik.solve(scene, q, robot.velocity(r=[0, 0, -2, 0, 0, 0]))
     np.testing.assert_allclose(impact.v_after, [0, 0, 1, 0, 0, 0], atol=1e-6)
-    assert ik.Scene.of_robot(robot).contacts == ()
-    with pytest.raises(RangeError, match="file_contacts"):
+    # The file's contacts are there unless they are refused, and that is warned of.
+    assert len(ik.Scene.of_robot(robot).contacts) == 1
+    bare = ik.Scene.of_robot(robot, file_contacts=False)
+    assert bare.contacts == ()
+    with pytest.warns(SetupWarning, match="nothing can be hit"):
+        ik.simulate(bare, q, robot.velocity(), duration=0.01)
+    bare = ik.Scene.of_robot(robot, file_contacts=False)
+    with pytest.warns(SetupWarning, match="nothing can be hit"):
+        ik.solve_batch(bare, q, robot.velocity())
+    with pytest.raises(UnknownNameError, match="file_contacts"):
         ik.Scene.of_robot(robot, file_contacts="floor")
 
 

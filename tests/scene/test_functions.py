@@ -58,5 +58,5 @@ def test_what_a_function_raises_in_a_motion_comes_out_with_a_note(ball):
 
 @pytest.mark.parametrize("given", [True, "2", b"2", np.True_, None, 1j, [1.0]])
 def test_text_and_truth_values_are_no_numbers(given):
-    with pytest.raises(errors.NotFiniteError, match="must be a number"):
+    with pytest.raises(errors.InputError, match="must be a number"):
         ik.Contact("ball", friction=given)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
+from impulsekit import errors
 
 MOMENTS = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
 INERTIAL = f'<inertial><mass value="1"/><inertia {MOMENTS}/></inertial>'
@@ -34,7 +35,10 @@ def arm_with_weld():
         f'<link name="{name}">{INERTIAL}{"" if name == "hand" else box}</link>'
         for name in ("base", "upper", "lower", "tip", "hand")
     )
-    joint = '<joint name="{1}_joint" type="{2}"><parent link="{0}"/><child link="{1}"/></joint>'
+    joint = (
+        '<joint name="{1}_joint" type="{2}"><parent link="{0}"/><child link="{1}"/>'
+        '<origin xyz="0 0 0.3"/></joint>'
+    )
     joints = "".join(
         joint.format(*names)
         for names in (
@@ -128,3 +132,55 @@ def test_a_missing_ground_names_with_ground(entry):
             ik.Scene(ball, contacts=[ik.Collision("ball", "ground")])
         else:
             ik.collisions(ball, "ball", "ground")
+
+
+def overlapping_arm(depth=0.004):
+    """A base, a short link, and a link whose box reaches into the base's by a depth [m]."""
+    box = (
+        '<collision><origin xyz="0 0 {z}"/><geometry><box size=".1 .1 .1"/></geometry></collision>'
+    )
+    links = "".join(
+        f'<link name="{name}">{INERTIAL}{box.format(z=z)}</link>'
+        for name, z in (("base", 0.0), ("short", 0.5), ("far", 0.1 - depth))
+    )
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><parent link="{a}"/><child link="{b}"/>'
+        '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>'
+        for name, a, b in (("shoulder", "base", "short"), ("elbow", "short", "far"))
+    )
+    return ik.Robot.from_urdf(f"<robot name='arm'>{links}{joints}</robot>", "freeflyer")
+
+
+def test_pairs_that_overlap_in_the_neutral_pose_are_left_out_with_one_warning():
+    robot = overlapping_arm().with_ground()
+    with pytest.warns(errors.SetupWarning, match=r'"base" and "far" \(4 mm\)') as caught:
+        scene = ik.Scene(robot, collisions="all")
+    assert len(caught) == 1
+    assert named(scene.contacts) == pairs_of("base ground", "short ground", "far ground")
+    q = robot.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    assert ik.simulate(scene, q, robot.velocity(), duration=0.2).status.finished
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(ik.collisions(overlapping_arm(-0.004).with_ground())) == 4
+
+
+def test_all_overlaps_of_a_start_are_told_with_what_to_do():
+    robot = overlapping_arm().with_ground()
+    pairs = [ik.Collision("base", "far"), *quiet(ik.collisions, robot)]
+    with pytest.raises(errors.InputError) as caught:
+        ik.simulate(ik.Scene(robot, contacts=pairs), robot.neutral(), robot.velocity(), duration=1)
+    assert '"base" and "far" overlap by 4 mm at the start: exclude the pair or change q' in str(
+        caught.value
+    )
+    assert '"base" and "ground" overlap by 50 mm at the start: change q' in str(caught.value)
+
+
+def test_excluded_pairs_do_not_collide():
+    robot = overlapping_arm(-0.004).with_ground()
+    found = ik.collisions(robot, exclude=[("*", "ground")])
+    assert named(found) == pairs_of("base far")
+    for wrong in ("ground", [("base",)], [3]):
+        with pytest.raises(errors.InputError, match="exclude takes pairs"):
+            ik.collisions(robot, exclude=wrong)
+    with pytest.raises(errors.UnknownNameError, match='did you mean "far"'):
+        ik.collisions(robot, exclude=[("base", "fars")])

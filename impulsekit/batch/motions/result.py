@@ -11,6 +11,7 @@ import numpy as np
 
 from ...display import Displayed, OneLine, one_line
 from ...errors import MissingExtraError, RangeError
+from ...errors.calls import public
 from ...motion.record.status import MotionStatus
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class RestTable(OneLine):
         return len(self.row)
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionBatch(Displayed):
     """B motions of one scene. Arrays are read-only.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError, check_kind
+from ...errors.calls import public
 from ...files import free_memory
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import chosen_settings
@@ -32,6 +33,7 @@ __all__ = ["simulate_batch"]
 OF_FREE_MEMORY = 0.5
 
 
+@public
 def simulate_batch(
     scene: Scene,
     q: ArrayLike,

@@ -31,6 +31,7 @@ from typing import Any
 import pydantic
 
 from ...errors import ImpulsekitError
+from ...errors.calls import public
 from ...files import as_file_error, open_plain_file
 from ...scene.motion import MotionSettings
 from ...scenefile import load_scene
@@ -49,6 +50,7 @@ class _Batch(pydantic.BaseModel):
     vary: tuple[Any, ...] = ()
 
 
+@public
 def load_study(path: str | os.PathLike[str]) -> Study:
     """Load a study from a scene file with a [batch] table.
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, MissingExtraError, check_kind
+from ...errors.calls import public
 from ...motion.interrupts import Interrupts
 from ...motion.record.status import MotionStatus
 from ..motions.simulate import simulate_batch
@@ -24,6 +25,7 @@ from .store import StudyStore
 from .study import Study
 
 
+@public
 def run_study(
     study: Study,
     store: str | os.PathLike[str],

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, MissingExtraError
+from ...errors.calls import public
 from ...files import (
     as_file_error,
     open_plain_file,
@@ -170,6 +171,7 @@ def check_store(path: str | os.PathLike[str]) -> None:
         )
 
 
+@public
 def open_study(path: str | os.PathLike[str]) -> Any:
     """Open the rows of a study as an ``xarray.Dataset``, loaded when needed.
 

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...display import OneLine
 from ...errors import InputError, RangeError, UnknownNameError
+from ...errors.calls import public
 from ...scene import AppliedImpulse, Scene
 from ...scene.motion import MotionSettings
 from ...scene.numbers import keep, number, optional, text, whole
@@ -34,6 +35,7 @@ VARIED = {
 DISTRIBUTIONS = ("uniform", "normal")
 
 
+@public
 @dataclass(frozen=True)
 class Variation:
     """A random quantity, drawn for every row.
@@ -126,6 +128,7 @@ MOTION_OUTPUTS = (
 IMPACTS, MOTIONS = 16384, 64
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(OneLine):
     """A scene at many random states and coefficients, the same on every machine.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
+from ...errors.calls import public
 from ...impact.status import Status
 from ...motion.record.status import MotionStatus
 from .store import UNWRITTEN, StudyStore, open_study
@@ -31,6 +32,7 @@ class QuantityLine:
     worst: tuple[int, ...]
 
 
+@public
 @dataclass(frozen=True)
 class StudySummary:
     """The summary of a study.
@@ -82,6 +84,7 @@ class StudySummary:
         return "\n".join(lines)
 
 
+@public
 def summarize(store: Any, *, worst: int = 3) -> StudySummary:
     """Compute quantiles and worst rows of a study, with one number per row in memory.
 

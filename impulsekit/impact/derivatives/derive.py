@@ -8,6 +8,7 @@ import numpy as np
 
 from ..._core import derive
 from ...errors import check_kind
+from ...errors.calls import public
 from ...scene.scene import SceneCache
 from ..flat.law import contact_law
 from ..flat.scene import FlatScene, flat_of
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["derivatives"]
 
 
+@public
 def derivatives(impact: Impact) -> Derivatives:
     """Return the derivatives of v⁺ and of every impulse by all that the impact starts from.
 

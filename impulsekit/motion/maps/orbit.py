@@ -19,6 +19,7 @@ import pinocchio as pin
 from ..._core import ForcesOfMotion
 from ...display import OneLine
 from ...errors import ImpulsekitError, InputError, RangeError, SolveError, check_kind, quoted
+from ...errors.calls import public
 from ...robot import state
 from ...robot.arrays import lock
 from ...scene import Scene
@@ -90,6 +91,7 @@ class Orbit(OneLine):
         return bool(np.abs(self.multipliers).max(initial=0.0) < 1.0)
 
 
+@public
 def find_orbit(
     scene: Scene,
     x: ArrayLike,

@@ -16,6 +16,7 @@ import pinocchio as pin
 
 from ...display import OneLine
 from ...errors import InputError, check_kind
+from ...errors.calls import public
 from ...impact.saltation import Saltation, saltation
 from ...impact.solver import ImpactSolver
 from ...robot.arrays import array_of, floats
@@ -42,6 +43,7 @@ SAME_ANSWER = 1e-8
 MOST_TOGETHER = 4
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity(OneLine):
     """The linear map from deviations (δq, δv) at the start of a motion to those at its end.
@@ -92,6 +94,7 @@ class Sensitivity(OneLine):
         return values[np.argsort(-np.abs(values))]
 
 
+@public
 def sensitivity(motion: Trajectory | Simulation, *, controls: bool = False) -> Sensitivity:
     """The derivative of the final state of a motion by its initial state, across its impacts.
 

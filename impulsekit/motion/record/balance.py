@@ -10,7 +10,7 @@ import numpy as np
 
 from ...display import OneLine
 from ...impact.forces import body_impulses
-from ...impact.named import ByName
+from ...named import ByName
 from ...robot.arrays import lock
 from .energies import momentum_at
 

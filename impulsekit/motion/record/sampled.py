@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ...display import Displayed
-from ...errors import RangeError, ShapeError
+from ...errors import InputError, RangeError, ShapeError, shown
 from ...impact import Impact
 from ...robot.arrays import read_only
 from ...scene import Scene
@@ -30,8 +30,19 @@ __all__ = ["Rest", "SampledMotion", "slip_without_direction"]
 GROWN, NO_SLIP = 100.0, 1e-9
 
 
-# (time [s], impact) in order of time.
-Impacts = tuple[tuple[float, Impact], ...]
+Hits = tuple[tuple[float, Impact], ...]
+
+
+class Impacts(tuple[tuple[float, Impact], ...]):
+    """(time [s], impact) in order of time."""
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str):
+            raise InputError(
+                "impacts are listed in order of time: motion.impacts[0] is (time, impact); "
+                f'motion.contacts["{shown(key)}"] lists those of one contact'
+            )
+        return super().__getitem__(key)
 
 
 def slip_without_direction(settings: MotionSettings) -> float:
@@ -61,7 +72,7 @@ class SampledMotion(Displayed):
         scene: Scene,
         t: np.ndarray,
         path: Path,
-        impacts: Impacts | Callable[[], Impacts],
+        impacts: Hits | Callable[[], Hits],
         rests: tuple[Rest, ...],
         status: MotionStatus,
         settings: MotionSettings,
@@ -83,7 +94,7 @@ class SampledMotion(Displayed):
     @cached_property
     def impacts(self) -> Impacts:
         """(time [s], ``Impact``) in order of time; computed on access."""
-        return self._made_impacts()
+        return Impacts(self._made_impacts())
 
     @cached_property
     def q(self) -> np.ndarray:

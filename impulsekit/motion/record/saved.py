@@ -20,7 +20,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...errors import ImpulsekitError, InputError
-from ...files import as_file_error, open_plain_file, read_npz, replaced_file
+from ...files import (
+    ENDINGS,
+    as_file_error,
+    checked_output,
+    open_plain_file,
+    read_npz,
+    replaced_file,
+)
 from ...robot import Robot
 from ...robot.arrays import read_only
 from ...scene import Scene
@@ -40,6 +47,7 @@ Motion = TypeVar("Motion", bound=SampledMotion)
 
 def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
     """See ``Trajectory.save``."""
+    path = checked_output(path, "motion", *ENDINGS["motion"])
     text, reason = _scene_text(motion.scene)
     impacts, numbers = packed_impacts(motion.impacts)
     record = {

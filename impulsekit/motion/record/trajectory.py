@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ...display import one_line
+from ...errors.calls import public
 from ...impact import Impact
-from ...impact.named import ByName
+from ...named import ByName
 from ...scene import Scene
 from . import histories
 from .sampled import SampledMotion
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Trajectory"]
 
 
+@public
 class Trajectory(SampledMotion):
     """The motion of a robot, as returned by ``impulsekit.simulate``.
 
@@ -155,7 +157,8 @@ class Trajectory(SampledMotion):
         a robot made from a ``pin.Model``, has to be given to ``load``.
 
         Raises:
-            OSError: nothing can be written there.
+            InputError: the path does not end in .npz.
+            FileError: nothing can be written there.
         """
         from .saved import save_motion
 

@@ -7,7 +7,7 @@ import os
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ...errors import InputError, MissingExtraError
+from ...errors import InputError, MissingExtraError, check_kind
 from ...files import check_writable, write_file
 
 if TYPE_CHECKING:
@@ -27,11 +27,15 @@ def axes_or_new(ax: Axes | None, height: float = 4.0) -> Axes:
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+        InputError: ``ax`` is no matplotlib axes.
     """
-    if ax is not None:
-        return ax
     with MissingExtraError.unless("matplotlib", "plot", "a plot"):
-        from matplotlib import pyplot
+        from matplotlib.axes import Axes
+    if ax is not None:
+        check_kind(ax, Axes, "ax of a plot")
+        return ax
+    from matplotlib import pyplot
+
     _, made = pyplot.subplots(figsize=(7.0, height), layout="constrained")
     return made
 

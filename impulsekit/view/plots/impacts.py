@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import RangeError, check_kind
+from ...errors.calls import public
 from ...scene.coefficients import static_friction
 from ..forms import speeds_of
 from .canvas import AFTER, BEFORE, CYCLE, IMPULSE, QUIET, axes_or_new, ink, on_sheet, plain, tidy
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from ...impact import Impact
 
 
+@public
 def velocity_jump(impact: Impact, ax: Axes | None = None, *, rows: int = 30) -> Axes:
     """Draw every joint speed before and after; rad/s and m/s on axes of their own.
 
@@ -88,6 +90,7 @@ PARTS = {
 FAINT_BAR = 1e-10
 
 
+@public
 def joint_reactions(
     impact: Impact, ax: Axes | None = None, *, part: str = "force", rows: int = 30
 ) -> Axes:
@@ -143,6 +146,7 @@ MARKERS = {"sticking": "o", "sliding": "s", "separated": "x"}
 MOST_NAMES = 12
 
 
+@public
 def contact_cones(impact: Impact, ax: Axes | None = None) -> Axes:
     """Draw the impulse of every contact point, tangential against normal, in its cone [N s].
 
@@ -215,6 +219,7 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:2]) + (f" and {len(names) - 2} more" if len(names) > 2 else "")
 
 
+@public
 def energy_balance(impact: Impact, ax: Axes | None = None) -> Axes:
     """Draw the energy balance as steps from the kinetic energy before to that after [J].
 

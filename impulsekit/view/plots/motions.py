@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...errors import RangeError, check_kind
+from ...errors.calls import public
 from ...motion.record.energies import energies_of, momenta_of
 from ...tolerances import NONZERO
 from ..motions import Shown, shown_motion
@@ -33,6 +34,7 @@ BESIDE = 1e-9
 MOST_CURVES = 6
 
 
+@public
 def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
     """Draw kinetic and potential energy of a ``Trajectory`` over time [J].
 
@@ -66,6 +68,7 @@ def energy_history(motion: Any, ax: Axes | None = None) -> Axes:
     return over_time(ax, motion)
 
 
+@public
 def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear") -> Axes:
     """Draw the momentum of a ``Trajectory`` over time, in world axes.
 
@@ -141,6 +144,7 @@ def over_time(ax: Axes, motion: Any) -> Axes:
     return tidy(ax)
 
 
+@public
 def load_history(
     motion: Any,
     path: str | os.PathLike[str] | None = None,
@@ -224,6 +228,7 @@ LOOKS = 40
 STILL = 0.02
 
 
+@public
 def stroboscope(
     motion: Any,
     times: Sequence[float],

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...errors.calls import public
 from .canvas import new_figure, plain, save_figure
 from .impacts import (
     contact_cones,
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@public
 def overview(
     subject: Any, path: str | os.PathLike[str] | None = None, *, dark: bool = False
 ) -> Figure:

@@ -11,6 +11,7 @@ import numpy as np
 from ...batch.study.store import open_study
 from ...batch.study.summary import is_valid, sizes_of, statuses_of
 from ...errors import InputError, ShapeError
+from ...errors.calls import public
 from ..forms import speeds_of
 from .canvas import AFTER, CYCLE, IMPULSE, QUIET, axes_or_new, new_figure, plain, save_figure, tidy
 
@@ -27,6 +28,7 @@ MARKERS = "osD^vP*X"
 LEAST_ERROR = 2.0**-53
 
 
+@public
 def time_against_error(
     methods: Mapping[str, tuple[Sequence[float], Sequence[float]]],
     ax: Axes | None = None,
@@ -98,6 +100,7 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
     save_figure(figure, picture)
 
 
+@public
 def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None = None) -> Axes:
     """Draw recorded speeds of the first joint that have one unit, and the impacts found.
 
@@ -145,6 +148,7 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
     return tidy(ax)
 
 
+@public
 def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
     """Draw the losses that were evaluated over one coefficient, with its value and interval.
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
 from typing import Any, Protocol, SupportsIndex, TypeVar, overload
 
-from ..errors import UnknownNameError
+from .errors import UnknownNameError
 
 __all__ = ["ByName", "Named"]
 
@@ -14,7 +15,7 @@ class HasName(Protocol):
     """A result with a name."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str | None: ...
 
 
 T = TypeVar("T")
@@ -22,7 +23,9 @@ R = TypeVar("R", bound=HasName)
 
 
 class Named(tuple[R, ...]):
-    """A tuple of results, each with a ``name``, that can be indexed by name as well.
+    """A tuple of results or entries, each with a ``name``, that can be indexed by name as well.
+
+    One without a name is called by its place, such as "contacts[0]".
 
     Raises:
         UnknownNameError: on a name that no result has; a ``KeyError``, too.
@@ -42,10 +45,10 @@ class Named(tuple[R, ...]):
         self.kind = kind
         return self
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names, in order."""
-        return tuple(item.name for item in self)
+        return tuple(item.name or f"{self.kind}s[{i}]" for i, item in enumerate(self))
 
     @overload
     def __getitem__(self, key: str | SupportsIndex) -> R: ...
@@ -65,7 +68,8 @@ class Named(tuple[R, ...]):
 
     def get(self, name: str, default: Any = None) -> Any:
         """The result of a name, or ``default``."""
-        return next((item for item in self if item.name == name), default)
+        names = self.names
+        return self[names.index(name)] if name in names else default
 
 
 class ByName(Mapping[str, T]):
