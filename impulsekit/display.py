@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, ClassVar
 
 # A line longer than this wraps in a terminal several times over.
 LONGEST_LINE = 160
@@ -24,17 +24,22 @@ class OneLine:
     """A dataclass whose ``repr`` is one line, however large its arrays are.
 
     The dataclass is declared with ``repr=False``, or its own ``__repr__`` would come first.
+
+    Attributes:
+        answer: the names of what is shown, the answer first; empty for all fields.
     """
 
     __slots__ = ()
+    answer: ClassVar[tuple[str, ...]] = ()
 
     def __repr__(self) -> str:
-        """The class and its fields; arrays by their shape."""
-        named: dict[str, Any] = {
-            field.name: getattr(self, field.name, None)
+        """The class and its answer, or its fields; arrays by their shape."""
+        shown = self.answer or [
+            field.name
             for field in fields(self)  # type: ignore[arg-type]
             if field.repr
-        }
+        ]
+        named: dict[str, Any] = {name: getattr(self, name, None) for name in shown}
         return one_line(type(self).__name__, **named)
 
 

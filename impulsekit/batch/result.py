@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,6 +66,7 @@ class ImpactBatch(Displayed):
         arrays: the requested outputs, by name.
         doubts: what of the scene and the states is likely not meant, a sentence for each contact
             that is open, or overlaps, by more than ``Scene.gap_bound``, with the number of rows.
+        scene: the scene, for the names in ``to_xarray``.
 
     Example:
         >>> import numpy as np
@@ -77,6 +78,7 @@ class ImpactBatch(Displayed):
     plan: BatchPlan | None
     arrays: dict[str, np.ndarray] = field(repr=False)
     doubts: tuple[str, ...] = ()
+    scene: Scene | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         outputs = f"outputs {', '.join(self.arrays)}"
@@ -165,6 +167,27 @@ class ImpactBatch(Displayed):
         """(B,) whether each row may be used."""
         good = [code.code for code in Status if code.valid]
         return np.isin(self.status, good)
+
+    def to_xarray(self) -> Any:
+        """Return an ``xarray.Dataset`` of the status and the outputs along "row".
+
+        Further axes are "speed", "contact", "joint" and "link", by name, "axis" and "row of a
+        constraint"; impulses, velocities and gaps as the properties of this class have them.
+
+        Raises:
+            MissingExtraError: xarray is not installed.
+
+        Example:
+            >>> from impulsekit import Contact, Robot, Scene, solve_batch
+            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+            >>> scene = Scene(ball, contacts=[Contact("ball", name="floor")])
+            >>> found = solve_batch(scene, ball.neutral(), [[0, 0, -1, 0, 0, 0]] * 3)
+            >>> found.to_xarray().v_after.sel(speed="root_joint[2]").shape
+            (3,)
+        """
+        from .tables import batch_table
+
+        return batch_table(self)
 
     def count(self) -> dict[Status, int]:
         """Return the number of rows by status."""

@@ -154,7 +154,8 @@ def run(
         arrays["uniqueness"] = verdicts_of(scene, inputs, codes)
     doubts = tuple(_open_contacts(scene, arrays["gaps"])) if looked_at else ()
     lock(*arrays.values(), codes)
-    return ImpactBatch(codes, program.plan, {name: arrays[name] for name in outputs}, doubts)
+    chosen = {name: arrays[name] for name in outputs}
+    return ImpactBatch(codes, program.plan, chosen, doubts, scene)
 
 
 def _open_contacts(scene: Scene, gaps: np.ndarray) -> Iterator[str]:
@@ -177,7 +178,7 @@ def _on_dask(
     # A client's workers use one thread each.
     lazy = solve_lazily(solve_batch, scene, given, outputs, threads if client is None else 1)
     arrays = lazy if client is None else computed(lazy, client)
-    return ImpactBatch(arrays.pop("status"), program_of(scene).plan, arrays)
+    return ImpactBatch(arrays.pop("status"), program_of(scene).plan, arrays, scene=scene)
 
 
 def _given(program: Program, inputs: BatchInputs) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
+from ..display import Displayed
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, check_kind
 from ..errors.calls import public
 from ..impact import Impact
@@ -34,7 +34,7 @@ IMPOSED = 1e-9
 
 @public
 @dataclass(frozen=True, eq=False, repr=False)
-class ForceHistory(OneLine):
+class ForceHistory(Displayed):
     """The force of one contact while an impact lasts.
 
     The direction of the force is that of the contact's impulse, and every joint reaction grows
@@ -56,6 +56,8 @@ class ForceHistory(OneLine):
         >>> history.duration == history.compression, history.restitution
         (True, 0.0)
     """
+
+    answer = ("contact", "peak_force", "duration", "impulse", "indentation")
 
     contact: str
     impulse: float

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
+from ..display import Displayed, OneLine
 from ..errors import InputError, RangeError, check_kind
 from ..errors.calls import public
 from ..impact import Impact
@@ -189,7 +189,7 @@ def _spread(values: np.ndarray, rows: np.ndarray, nothing: np.ndarray) -> np.nda
 
 @public
 @dataclass(frozen=True, repr=False)
-class GearPeak(OneLine):
+class GearPeak(Displayed):
     """The peak torque of a gear in an impact.
 
     Attributes:
@@ -202,6 +202,8 @@ class GearPeak(OneLine):
         >>> GearPeak("elbow", jump=1.0, torque=60.0, limit=80.0).share
         0.75
     """
+
+    answer = ("joint", "torque", "limit", "share")
 
     joint: str
     jump: float

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..design.response import impact_ellipsoid, unit_vector
-from ..display import OneLine
+from ..display import Displayed
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..errors.calls import public
 from ..impact.mechanics import Mechanics
@@ -104,7 +104,7 @@ STILL = 1e-12
 
 @public
 @dataclass(frozen=True, eq=False, repr=False)
-class TransientContact(OneLine):
+class TransientContact(Displayed):
     """A transient contact of a robot with a person, beside the limits of the body.
 
     The person's region is a mass on a spring that the robot's point meets: with the reduced mass
@@ -134,6 +134,8 @@ class TransientContact(OneLine):
         >>> hit.force > 0
         True
     """
+
+    answer = ("within_limits", "force", "force_limit", "speed", "permitted_speed", "frame")
 
     region: BodyRegion
     frame: str

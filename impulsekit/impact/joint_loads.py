@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..display import Displayed
+from ..display import Displayed, one_line
 from ..errors import InputError
 from ..robot.arrays import lock
 from ..robot.placing import Posture
@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from .answer import Answer
 
 __all__ = ["JointLoad", "joint_loads"]
+
+
+# What a load is along and across the joint's axis.
+PARTS = ("axial", "shear", "bending", "torque")
+# Beside the largest, a smaller part is rounding and shown as 0.
+FAINT_PART = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,6 +45,13 @@ class JointLoad(Displayed):
     force: np.ndarray
     moment: np.ndarray
     axis: np.ndarray | None
+
+    def __repr__(self) -> str:
+        names = ("force", "moment") if self.axis is None else PARTS
+        parts = {name: np.asarray(getattr(self, name)) for name in names}
+        largest = max(float(np.abs(part).max()) for part in parts.values())
+        parts = {n: np.where(np.abs(x) > FAINT_PART * largest, x, 0.0) for n, x in parts.items()}
+        return one_line("JointLoad", repr(self.joint), **parts)
 
     @property
     def axial(self) -> float:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display import Displayed
+
 if TYPE_CHECKING:
     from .answer import Answer
 
@@ -14,7 +16,7 @@ __all__ = ["Residuals", "cancelling_speeds", "residuals_of"]
 
 
 @dataclass(frozen=True)
-class Residuals:
+class Residuals(Displayed):
     """Relative residuals, all without units.
 
     Attributes:

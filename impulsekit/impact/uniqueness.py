@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display import Displayed
 from ..scene.coefficients import restitution_at
 
 if TYPE_CHECKING:
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["Uniqueness", "uniqueness_of"]
 
 
-@dataclass(frozen=True, eq=False)
-class Uniqueness:
+@dataclass(frozen=True, eq=False, repr=False)
+class Uniqueness(Displayed):
     """A finding on whether v⁺ is the only one that the law allows and that gains no energy.
 
     Attributes:

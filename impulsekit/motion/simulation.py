@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 
 from .._core import ForcesOfMotion
-from ..display import one_line
+from ..display import Displayed, one_line
 from ..errors import InputError, RangeError, ShapeError, SolveError, a_thing, check_kind
 from ..errors.calls import public
 from ..impact import Impact
@@ -63,7 +63,7 @@ def _alone(
 
 
 @public
-class Simulation:
+class Simulation(Displayed):
     """A motion that goes on step by step, with torques that are set on the way.
 
     The integrator keeps its own steps, which may reach beyond the time asked for; states in

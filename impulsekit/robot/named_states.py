@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ from .state import likely_degrees, likely_wxyz, outside_limits
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+# A velocity is reached to this share of it: rounding of a pseudoinverse near a singular pose.
+REACHED = 1e-9
 # Stands for "root_joint" where its velocity is given in world axes.
 ROOT_WORLD = "root_world"
 
@@ -207,6 +209,93 @@ class RobotStates(RobotBase):
             np.float64(0.926)
         """
         return Posture(self, q).placement(frame)
+
+    def jacobian(self, q: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """Return (6, nv) the Jacobian of a point of a frame at q, world axes.
+
+        ``robot.jacobian(q, frame) @ v`` is the velocity of the point [m/s], then the angular
+        velocity of the frame [rad/s].
+
+        Args:
+            q: (nq,) configuration.
+            frame: the frame.
+            at: (3,) the point in it [m].
+
+        Raises:
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> panda = Robot.from_example("panda")
+            >>> panda.jacobian(panda.neutral(), "panda_hand")[5].round(3)
+            array([ 1.,  0.,  1.,  0.,  1.,  0., -1.,  0.,  0.])
+        """
+        frame_id = self.frame_id(frame, "jacobian")
+        place = state.checked_configuration(self.model, q)
+        own, axes = array_of(at, (3,), "jacobian: at"), pin.LOCAL_WORLD_ALIGNED
+        data = self.model.createData()
+        found = pin.computeFrameJacobian(self.model, data, place, frame_id, axes)
+        arm = data.oMf[frame_id].rotation @ own
+        found[:3] += np.cross(found[3:].T, arm).T
+        return found
+
+    def velocity_for(
+        self,
+        frame: str,
+        *,
+        q: ArrayLike,
+        linear: ArrayLike | None = None,
+        angular: ArrayLike | None = None,
+        at: ArrayLike = (0.0, 0.0, 0.0),
+        joints: Iterable[str] | None = None,
+    ) -> np.ndarray:
+        """Return (nv,) the least velocity that moves a point of a frame as asked.
+
+        The least-norm solution of J v = (linear, angular), of what is given of the two, by the
+        pseudoinverse of the Jacobian.
+
+        Args:
+            frame: the frame.
+            q: (nq,) configuration.
+            linear: (3,) velocity of the point, world axes [m/s]; None leaves it free.
+            angular: (3,) angular velocity of the frame, world axes [rad/s]; None leaves it free.
+            at: (3,) the point in the frame [m].
+            joints: which joints move; None for all.
+
+        Raises:
+            InputError: neither velocity is given, or the joints cannot move the point so at q.
+            UnknownNameError, ShapeError, NotFiniteError, StateError.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> ur5 = Robot.from_example("ur5")
+            >>> q = ur5.configuration(shoulder_lift_joint=-1.0, elbow_joint=1.2)
+            >>> v = ur5.velocity_for("tool0", linear=[0.5, 0, 0], q=q)
+            >>> ur5.velocity_of(q, v, "tool0").linear.round(9) + 0.0
+            array([0.5, 0. , 0. ])
+        """
+        rows, asked = [], []
+        matrix = self.jacobian(q, frame, at)
+        for which, given, name in ((slice(3), linear, "linear"), (slice(3, 6), angular, "angular")):
+            if given is not None:
+                rows.append(matrix[which])
+                asked.append(array_of(given, (3,), f"velocity_for: {name}"))
+        if not rows:
+            raise InputError("velocity_for: give linear=, angular=, or both")
+        allowed = np.zeros(self.nv, dtype=bool)
+        for name in self.joint_names if joints is None else joints:
+            joint = self.model.joints[self.joint_id(name, "velocity_for")]
+            allowed[joint.idx_v : joint.idx_v + joint.nv] = True
+        whole, target = np.concatenate(rows)[:, allowed], np.concatenate(asked)
+        v = np.zeros(self.nv)
+        v[allowed] = np.linalg.lstsq(whole, target, rcond=None)[0]
+        missed = float(np.linalg.norm(whole @ v[allowed] - target))
+        if missed > REACHED * float(np.linalg.norm(target)):
+            raise InputError(
+                f'velocity_for: the joints cannot move "{frame}" so at this q: the nearest '
+                f"velocity is off by {missed:.3g}; give fewer components, or another q"
+            )
+        return v
 
     def velocity_of(
         self, q: ArrayLike, v: ArrayLike, frame: str, at: ArrayLike = (0.0, 0.0, 0.0)

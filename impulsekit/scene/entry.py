@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Annotated, Any, ClassVar
 
+from ..display import Displayed
 from ..errors import InputError, ShapeError
 from ..robot import Robot
 from ..robot.base import WORLD
@@ -69,7 +70,7 @@ def _check_of(hint: Any) -> Check | None:
     return None if check is None else optional(check)
 
 
-class Entry(Checked):
+class Entry(Checked, Displayed):
     """An entry of a scene.
 
     Attributes:

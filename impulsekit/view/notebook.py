@@ -215,6 +215,54 @@ def _joint_load(load: Any) -> Blocks:
     return [[f"{load.joint}: reaction", *_some(["in its own axes", "value", "unit"], rows)]]
 
 
+def _transient(hit: Any) -> Blocks:
+    verdict = "within the limits" if hit.within_limits else "over the limits"
+    rows = [
+        ["force", f"{hit.force:.4g}", f"{hit.force_limit:.4g}", "N"],
+        ["speed", f"{hit.speed:.4g}", f"{hit.permitted_speed:.4g}", "m/s"],
+    ]
+    if hit.pressure is not None:
+        rows.append(["pressure", f"{hit.pressure:.4g}", f"{hit.pressure_limit:.4g}", "Pa"])
+    head = [f"{hit.frame} on {hit.region.name}: {verdict}", f"{hit.energy:.4g} J transferred"]
+    return [[*head, *_some(["of the contact", "value", "limit", "unit"], rows)]]
+
+
+def _force_history(history: Any) -> Blocks:
+    rows = [
+        ["peak force", f"{history.peak_force:.4g}", "N"],
+        ["duration", f"{1e3 * history.duration:.4g}", "ms"],
+        ["impulse", f"{history.impulse:.4g}", "N s"],
+        ["indentation", f"{1e3 * history.indentation:.4g}", "mm"],
+    ]
+    return [[f"{history.contact}: force over time", *_some(["", "value", "unit"], rows)]]
+
+
+def _uniqueness(found: Any) -> Blocks:
+    lines = [f"uniqueness of v⁺: {found.verdict}", found.reason]
+    if found.rule:
+        lines.append(f"load split: {found.rule}")
+    if found.others:
+        lines.append(f"{len(found.others)} more v⁺ in others")
+    return [lines]
+
+
+def _touching(found: Any) -> Blocks:
+    count = sum(item.touching for item in found.contacts)
+    return [[f"{count} of {len(found.contacts)} contacts touch", *found.lines()]]
+
+
+def _simulation(sim: Any) -> Blocks:
+    rows = [[name, _vector(force), "N"] for name, force in sim.forces.items()]
+    return [[repr(sim), *_some(["at rest", "force", "unit"], rows)]]
+
+
+def _plain(thing: Any) -> Blocks:
+    """Return the fields of a small dataclass."""
+    names = thing.answer or [item.name for item in fields(thing)]
+    rows = [[name, _value(getattr(thing, name))] for name in names]
+    return [[type(thing).__name__, *_some(["", "value"], rows)]]
+
+
 def _derivatives(found: Any) -> Blocks:
     arrays = [("q", found["v_after", "q"]), ("v", found["v_after", "v"])]
     for kind in ("impulses", "restitution", "friction", "at"):
@@ -260,4 +308,12 @@ SHOWN: dict[str, Callable[[Any], Blocks]] = {
     "Energy": _energy,
     "JointLoad": _joint_load,
     "Derivatives": _derivatives,
+    "TransientContact": _transient,
+    "ForceHistory": _force_history,
+    "GearPeak": _plain,
+    "Uniqueness": _uniqueness,
+    "Residuals": _plain,
+    "Touching": _touching,
+    "Simulation": _simulation,
+    "Entry": _plain,
 }

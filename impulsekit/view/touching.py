@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..display import decimals, table
+from ..display import Displayed, decimals, table
 from ..errors import check_kind
 from ..errors.calls import public
 from ..impact.gaps import (
@@ -39,8 +39,8 @@ WIDTH = 100
 NEAREST = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Touching:
+@dataclass(frozen=True, eq=False, repr=False)
+class Touching(Displayed):
     """Gaps and closing speeds of a scene at a state; printed, it is a table.
 
     Attributes:
@@ -52,7 +52,8 @@ class Touching:
     contacts: Named[ContactGap]
     constraints: Named[AnchorOpening]
 
-    def __str__(self) -> str:
+    def lines(self) -> list[str]:
+        """Return the lines of its table."""
         lines: list[str] = []
         if self.contacts:
             rows = [
@@ -70,7 +71,10 @@ class Touching:
         if self.constraints:
             rows = [[item.name, decimals(item.gap, GAP_SCALE)] for item in self.constraints]
             lines += ["Constraints", *table(["constraint", "open by, m"], rows)]
-        return "\n".join(lines) or "The scene has no contacts and no constraints"
+        return lines or ["The scene has no contacts and no constraints"]
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
 
     __repr__ = __str__
 

@@ -13,7 +13,7 @@ from .energies import energies_of, momenta_of
 if TYPE_CHECKING:
     from .sampled import SampledMotion
 
-__all__ = ["event_table", "state_table"]
+__all__ = ["coordinate_names", "event_table", "state_table"]
 
 
 def state_table(motion: SampledMotion) -> Any:
@@ -22,7 +22,7 @@ def state_table(motion: SampledMotion) -> Any:
         import xarray
     energy, momentum = energies_of(motion), momenta_of(motion)
     robot = motion.scene.robot
-    names_q, names_v = _coordinate_names(robot.model)
+    names_q, names_v = coordinate_names(robot.model)
     return xarray.Dataset(
         {
             "q": (("time", "coordinate"), motion.q),
@@ -84,7 +84,7 @@ def event_table(motion: SampledMotion) -> Any:
     )
 
 
-def _coordinate_names(model: pin.Model) -> tuple[list[str], list[str]]:
+def coordinate_names(model: pin.Model) -> tuple[list[str], list[str]]:
     """A name for every entry of q and of v."""
     names: tuple[list[str], list[str]] = ([], [])
     for joint, name in zip(list(model.joints)[1:], list(model.names)[1:], strict=True):

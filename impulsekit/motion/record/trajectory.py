@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -179,6 +180,49 @@ class Trajectory(SampledMotion):
         from .saved import load_motion
 
         return load_motion(cls, path, scene)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the samples, impacts and rests, ready for JSON; SI units.
+
+        Example:
+            >>> from impulsekit import Contact, Robot, Scene, simulate
+            >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+            >>> scene = Scene(ball, contacts=[Contact("ball", restitution=0.5, name="floor")])
+            >>> drop = ball.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+            >>> found = simulate(scene, drop, ball.velocity(), duration=0.5).to_dict()
+            >>> found["status"], found["impacts"][0]["contacts"]
+            ('FINISHED', ['floor'])
+        """
+        return {
+            "robot": self.scene.robot.name,
+            "joints": list(self.scene.robot.joint_names),
+            "status": self.status.name,
+            "advice": self.status.value,
+            "detail": self.detail,
+            "duration": self.duration,
+            "t": self.t.tolist(),
+            "q": self.q.tolist(),
+            "v": self.v.tolist(),
+            "impacts": [
+                {
+                    "time": time,
+                    "status": impact.status.name,
+                    "contacts": [one.name for one in impact.contacts if one.touching],
+                    "v_before": impact.v_before.tolist(),
+                    "v_after": impact.v_after.tolist(),
+                    "energy_change": impact.energy.change,
+                }
+                for time, impact in self.impacts
+            ],
+            "rests": [
+                {
+                    "contact": rest.contact,
+                    "start": rest.start,
+                    "end": rest.end if math.isfinite(rest.end) else None,
+                }
+                for rest in self.rests
+            ],
+        }
 
     def to_xarray(self) -> Any:
         """An ``xarray.Dataset`` over time: q, v by coordinate name, energies, momenta.

@@ -1,0 +1,53 @@
+"""The outputs of a batch as a labelled table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import MissingExtraError
+from ..motion.record.tables import coordinate_names
+
+if TYPE_CHECKING:
+    from .result import ImpactBatch
+
+__all__ = ["batch_table"]
+
+# The axes of each output behind "row".
+AXES = {
+    "energy_change": (),
+    "uniqueness": (),
+    "contact_impulses": ("contact", "axis"),
+    "normal_components": ("contact", "normal"),
+    "gaps": ("contact",),
+    "constraint_impulses": ("constraint_row",),
+    "reactions": ("joint", "wrench"),
+    "bodies": ("link", "twist"),
+}
+
+
+def batch_table(batch: ImpactBatch) -> Any:
+    """Return a batch as an ``xarray.Dataset``; see ``ImpactBatch.to_xarray``."""
+    with MissingExtraError.unless("xarray", "study", "ImpactBatch.to_xarray"):
+        import xarray
+    found: dict[str, Any] = {"status": (("row",), batch.status)}
+    for name, array in batch.arrays.items():
+        found[name] = (("row", *AXES.get(name, ("speed",))), array)
+    names: dict[str, Any] = {
+        "axis": ["x", "y", "z"],
+        "normal": ["before", "after", "impulse"],
+        "wrench": ["fx", "fy", "fz", "mx", "my", "mz"],
+        "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
+    }
+    if batch.scene is not None:
+        robot = batch.scene.robot
+        names |= {
+            "speed": coordinate_names(robot.model)[1],
+            "contact": list(batch.scene.entry_names("contacts")),
+            "joint": list(robot.joint_names),
+            "link": list(robot.link_names),
+        }
+    used = {axis for axes, _ in found.values() for axis in axes}
+    coords = {axis: own for axis, own in names.items() if axis in used}
+    return xarray.Dataset(found, coords={"row": np.arange(len(batch)), **coords})
