@@ -4,6 +4,8 @@ import enum
 import importlib
 import inspect
 import pickle
+import threading
+import types
 import warnings
 
 import numpy as np
@@ -52,7 +54,9 @@ def test_no_public_callable_answers_a_wrong_argument_by_a_bare_error(name):
         assert inspect.unwrap(function) is not function
         return
     with pytest.raises(errors.UnknownNameError, match='unknown argument "no_such_argument"'):
-        function(*[None] * ("self" in inspect.signature(function).parameters), no_such_argument=1)
+        # What a method does first with its object, here a lock, comes before its arguments.
+        own = [types.SimpleNamespace(_in_use=threading.Lock())]
+        function(*own * ("self" in inspect.signature(function).parameters), no_such_argument=1)
 
 
 def test_what_is_raised_within_passes_unchanged():

@@ -187,7 +187,7 @@ class ImpactBatch(Displayed):
         """
         from .tables import batch_table
 
-        return batch_table(self)
+        return batch_table({"status": self.status, **self.arrays}, self.scene)
 
     def count(self) -> dict[Status, int]:
         """Return the number of rows by status."""

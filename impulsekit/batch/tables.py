@@ -10,12 +10,15 @@ from ..errors import MissingExtraError
 from ..motion.record.tables import coordinate_names
 
 if TYPE_CHECKING:
-    from .result import ImpactBatch
+    from collections.abc import Mapping
+
+    from ..scene import Scene
 
 __all__ = ["batch_table"]
 
 # The axes of each output behind "row".
 AXES = {
+    "status": (),
     "energy_change": (),
     "uniqueness": (),
     "contact_impulses": ("contact", "axis"),
@@ -27,27 +30,25 @@ AXES = {
 }
 
 
-def batch_table(batch: ImpactBatch) -> Any:
-    """Return a batch as an ``xarray.Dataset``; see ``ImpactBatch.to_xarray``."""
+def batch_table(outputs: Mapping[str, np.ndarray], scene: Scene | None) -> Any:
+    """Return outputs, the status among them, as an ``xarray.Dataset``."""
     with MissingExtraError.unless("xarray", "study", "ImpactBatch.to_xarray"):
         import xarray
-    found: dict[str, Any] = {"status": (("row",), batch.status)}
-    for name, array in batch.arrays.items():
-        found[name] = (("row", *AXES.get(name, ("speed",))), array)
+    found = {name: (("row", *AXES.get(name, ("speed",))), own) for name, own in outputs.items()}
     names: dict[str, Any] = {
         "axis": ["x", "y", "z"],
         "normal": ["before", "after", "impulse"],
         "wrench": ["fx", "fy", "fz", "mx", "my", "mz"],
         "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
     }
-    if batch.scene is not None:
-        robot = batch.scene.robot
+    if scene is not None:
+        robot = scene.robot
         names |= {
             "speed": coordinate_names(robot.model)[1],
-            "contact": list(batch.scene.entry_names("contacts")),
+            "contact": list(scene.entry_names("contacts")),
             "joint": list(robot.joint_names),
             "link": list(robot.link_names),
         }
     used = {axis for axes, _ in found.values() for axis in axes}
     coords = {axis: own for axis, own in names.items() if axis in used}
-    return xarray.Dataset(found, coords={"row": np.arange(len(batch)), **coords})
+    return xarray.Dataset(found, coords={"row": np.arange(len(outputs["status"])), **coords})

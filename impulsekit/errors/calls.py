@@ -50,7 +50,7 @@ def _guard_methods(kind: type) -> None:
         if name.startswith("_") and name not in ("__init__", "__call__"):
             continue
         function = getattr(member, "__func__", member)
-        if not isinstance(function, types.FunctionType) or hasattr(function, "__wrapped__"):
+        if not isinstance(function, types.FunctionType) or hasattr(function, "is_public"):
             continue
         guarded = _guarded(function, in_class=True)
         setattr(kind, name, guarded if member is function else type(member)(guarded))
@@ -61,28 +61,29 @@ def _guarded(function: Any, *, in_class: bool = False) -> Any:
     def called(*args: Any, **named: Any) -> Any:
         try:
             return function(*args, **named)
-        except TypeError as error:
-            # Raised in this very frame: the arguments did not fit, nothing has run.
-            if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+        except TypeError:
+            wrong = _wrong_call(function, args, named, in_class=in_class)
+            if wrong is None:
                 raise
-            wrong = _wrong_call(function, args, named, error, in_class=in_class)
         raise wrong
 
+    called.is_public = True  # type: ignore[attr-defined]
     return called
 
 
 def _wrong_call(
-    function: Any,
-    args: tuple[Any, ...],
-    named: Mapping[str, Any],
-    error: TypeError,
-    *,
-    in_class: bool,
-) -> InputError:
+    function: Any, args: tuple[Any, ...], named: Mapping[str, Any], *, in_class: bool
+) -> InputError | None:
+    """The error on arguments that do not fit; None where they do, and what ran has raised."""
+    signature = inspect.signature(function)
+    try:
+        signature.bind(*args, **named)
+        return None
+    except TypeError as unbound:
+        reason = str(unbound)
     where = function.__name__
     if where == "__init__" and args:
         where = type(args[0]).__name__
-    signature = inspect.signature(function)
     known = _names(signature)[1 if in_class else 0 :]
     for name in named:
         if name not in known:
@@ -93,11 +94,6 @@ def _wrong_call(
             elif meant := [one for one in SYNONYMS.get(name, ()) if one in known]:
                 hint = f"did you mean {one_of(meant)}?"
             return UnknownNameError.among("argument", name, known, where, hint)
-    try:
-        signature.bind(*args, **named)
-        reason = str(error)
-    except TypeError as unbound:
-        reason = str(unbound)
     takes = ", ".join(known) if known else "no arguments"
     return InputError(f"{where}: {shown(reason, 200)}; it takes {takes}")
 

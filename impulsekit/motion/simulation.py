@@ -178,11 +178,7 @@ class Simulation(Displayed):
     @_alone
     def impacts(self) -> Impacts:
         """(time [s], ``Impact``) of all up to ``t``."""
-<<<<<<< HEAD
         return self._impacts()
-=======
-        return Impacts(self._followed.impacts(self._t)())
->>>>>>> 8550de27 (Wrong calls get impulsekit's error; reports say what carries)
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -269,13 +265,8 @@ class Simulation(Displayed):
     def copy(self) -> Simulation:
         """The same motion at the same time, which goes on by itself."""
         twin = object.__new__(type(self))
-<<<<<<< HEAD
-        own = {"_followed": self._followed.copy(), "controls": self.controls.copy()}
+        own = {"_followed": self._followed.copy(), "_controls": self.controls.copy()}
         vars(twin).update(vars(self), **own, _in_use=Lock())
-=======
-        controls = self.controls.copy()
-        vars(twin).update(vars(self), _followed=self._followed.copy(), _controls=controls)
->>>>>>> 8550de27 (Wrong calls get impulsekit's error; reports say what carries)
         return twin
 
     def restore(self, state: Simulation) -> None:
@@ -311,7 +302,7 @@ class Simulation(Displayed):
         vars(self).update(vars(twin), _in_use=self._in_use)
 
     def _impacts(self) -> Impacts:
-        return self._followed.impacts(self._t)()
+        return Impacts(self._followed.impacts(self._t)())
 
     def _checked(self, t: float) -> float:
         t = number(t, "t")
