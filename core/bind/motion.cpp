@@ -628,6 +628,17 @@ void bind_motion(nb::module_& module) {
                 return std::make_pair(array_of(q), array_of(v));
             },
             nb::arg("at"))
+        // (times, nq + nv) y at times as the steps have it; from the end on the state there.
+        .def(
+            "samples",
+            [](const Motion& self, const Array& times) {
+                const std::size_t size = self.nq() + self.nv();
+                std::vector<double> found(times.size() * size);
+                for (std::size_t i = 0; i < times.size(); ++i)
+                    self.sample(times.data()[i], found.data() + i * size);
+                return nb::cast(array_of(found), nb::rv_policy::move);
+            },
+            nb::arg("times"))
         .def(
             "footing", [](const Motion& self, double at) { return footing_of(self.footing(at)); },
             nb::arg("at"))

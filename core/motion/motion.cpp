@@ -89,12 +89,18 @@ std::size_t Motion::piece_at(double at) const {
     return low;
 }
 
-void Motion::state(double at, double* q, double* v) const {
-    std::vector<double> found = y;
-    if (!path.empty() && at < t) {
-        const Step& step = path[piece_at(at)].step;
-        step.at(std::min(std::max(at, step.start), step.end), found.data());
+void Motion::sample(double at, double* found) const {
+    if (path.empty() || !(at < t)) {
+        std::copy(y.begin(), y.end(), found);
+        return;
     }
+    const Step& step = path[piece_at(at)].step;
+    step.at(std::min(std::max(at, step.start), step.end), found);
+}
+
+void Motion::state(double at, double* q, double* v) const {
+    std::vector<double> found(y.size());
+    sample(at, found.data());
     normalize_configuration(*scene_->scene.model, found.data());
     std::copy(found.begin(), found.begin() + nq(), q);
     std::copy(found.begin() + nq(), found.end(), v);

@@ -109,6 +109,8 @@ class Motion {
     Rest& rest() { return rest_; }
     // q and v (normalized) at a time of the path.
     void state(double at, double* q, double* v) const;
+    // y (nq + nv) at a time of the path, as its steps have it: q off unit length by rounding.
+    void sample(double at, double* found) const;
     // What rested then.
     const Rest& footing(double at) const;
     // Forget steps of the path that end before a time.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -65,57 +64,64 @@ class Followed:
         vars(twin).update(vars(self), core=self.core.copy())
         return twin
 
-    def to_end(
-        self,
-        times: np.ndarray,
-        progress: Callable[[float], None] | None,
-        interrupts: Interrupts | None = None,
-    ) -> Trajectory:
-        """Follow it for the settings' duration; the motion, sampled at ``times``.
+    def to_end(self, times: np.ndarray, progress: Callable[[float], None] | None) -> Trajectory:
+        """Follow it for the settings' duration; the motion, sampled at ``times``."""
+        with Interrupts() as interrupts:
+            status = self.follow(interrupts, progress)
+        return self.trajectory(self.core.t, times, self.settings, status)
+
+    def follow(
+        self, interrupts: Interrupts, progress: Callable[[float], None] | None = None
+    ) -> MotionStatus:
+        """Follow it for the settings' duration; how it ended.
 
         Args:
-            interrupts: of whoever follows several in threads.
+            interrupts: of whoever follows it.
         """
-        core, duration, status = self.core, self.settings.duration, MotionStatus.FINISHED
-        own = Interrupts() if interrupts is None else nullcontext(interrupts)
+        core, duration, heed = self.core, self.settings.duration, interrupts.heed
+
+        def look(t: float) -> None:
+            heed()
+            if progress is not None:
+                call(progress, "progress", t)
+                heed()
 
         try:
-            with own as interrupts, np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 self.begin()
-                heed = interrupts.heed
-
-                def look(t: float) -> None:
-                    heed()
-                    if progress is not None:
-                        call(progress, "progress", t)
-                        heed()
-
                 if core.begun:
                     every = BETWEEN_LOOKS if progress is None else 1
                     core.run(duration, duration, look, every)
                 heed()
         except KeyboardInterrupt:
-            status = MotionStatus.INTERRUPTED
-        return self.trajectory(core.t, times, self.settings, status)
+            return MotionStatus.INTERRUPTED
+        return self.status
+
+    def state(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """q (nq,) and v (nv,) at a time [s] that has been reached."""
+        return self.core.state(t) if self.core.begun else self._start
+
+    def rests(self, until: float) -> list[tuple[int, float, float]]:
+        """Return (contact, start [s], end [s]) of the rests up to a time; the end may be inf."""
+        return [
+            (entry, start, end if end <= until else math.inf)
+            for entry, start, end in self.core.rests
+            if start <= until
+        ]
 
     def trajectory(
         self, t: float, times: np.ndarray, settings: MotionSettings, status: MotionStatus
     ) -> Trajectory:
         """The motion up to a time [s] that has been reached."""
         core, detail = self.core, ""
-        if status is MotionStatus.FINISHED and t >= core.t:
+        if status is not MotionStatus.INTERRUPTED and t >= core.t:
             status, detail = self.status, self.detail
         names = self.scene.entry_names("contacts")
-        rests = [
-            Rest(names[entry], start, end if end <= t else math.inf)
-            for entry, start, end in core.rests
-            if start <= t
-        ]
-        state = core.state(t) if core.begun else self._start
+        rests = [Rest(names[entry], start, end) for entry, start, end in self.rests(t)]
         return Trajectory(
             self.scene,
             np.append(times[times < t], t) if t < settings.duration else times,
-            Path(self.scene.robot.model, core.path, t, *state),
+            Path(self.scene.robot.model, core.path, t, *self.state(t)),
             self.impacts(t),
             tuple(sorted(rests, key=lambda rest: rest.start)),
             status,

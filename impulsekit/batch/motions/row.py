@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any
+from time import monotonic
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+import pinocchio as pin
 
 from ...errors import ImpulsekitError
 from ...impact.contact_results import contact_impulses
-from ...impact.status import Status
+from ...impact.status import BY_CODE
 from ...motion.followed import Followed, checked_start
 from ...motion.interrupts import Interrupts
 from ...motion.record.status import MotionStatus
@@ -30,8 +31,9 @@ if TYPE_CHECKING:
 
 __all__ = ["RowResult", "follow_rows", "motion_of_row", "row_without"]
 
-# How long Ctrl-C may wait for a look at it [s].
-LOOK = 0.2
+# How long Ctrl-C may wait for a look at it, and threads keep what they have followed: each time it
+# is handed over Python's lock changes hands [s].
+LOOK, HANDS_OVER = 0.2, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,10 @@ class RowResult:
     evaluations: int
 
 
+# Rows by their index, and what a function of the scene raised.
+Followings: TypeAlias = "list[tuple[int, RowResult | BaseException]]"
+
+
 def motion_of_row(
     scene: Scene,
     inputs: BatchInputs,
@@ -78,11 +84,11 @@ def motion_of_row(
 
 def _followed_row(
     scene: Scene,
+    interrupts: Interrupts,
     inputs: BatchInputs,
     row: int,
     settings: MotionSettings,
     times: np.ndarray,
-    interrupts: Interrupts,
 ) -> RowResult:
     """Follow a row of a batch; one that is refused has the status ``REFUSED``.
 
@@ -94,14 +100,14 @@ def _followed_row(
         KeyboardInterrupt: it came before the row began.
     """
     interrupts.heed()
-    code = Status(int(inputs.codes[row]))
-    if code is not Status.SOLVED:
-        return row_without(scene, times, MotionStatus.REFUSED, str(code.value))
+    code = int(inputs.codes[row])
+    if code:
+        return row_without(scene, times, MotionStatus.REFUSED, str(BY_CODE[code].value))
     try:
         own = scene_of_row(scene, inputs, row) if varies(scene, inputs) else scene
         start = checked_start(own, *inputs.state(row), "simulate")
         followed = Followed(own, *start, settings)
-        return _kept(followed, followed.to_end(times, None, interrupts), times)
+        return _kept(followed, followed.follow(interrupts), times)
     except ImpulsekitError as error:
         if error.from_function:
             raise
@@ -127,25 +133,30 @@ def row_without(
     )
 
 
-def _kept(followed: Followed, motion: Trajectory, times: np.ndarray) -> RowResult:
-    robot = motion.scene.robot
-    q = np.full((len(times), robot.nq), np.nan)
-    v = np.full((len(times), robot.nv), np.nan)
-    # A motion that was stopped lists the state at its end besides.
-    count = int(np.searchsorted(times, motion.t[-1], side="right"))
-    q[:count], v[:count] = motion.q[:count], motion.v[:count]
-    q_end, v_end = motion.at(motion.duration)
+def _kept(followed: Followed, status: MotionStatus, times: np.ndarray) -> RowResult:
+    """What is kept of a motion that was followed as far as it goes."""
+    robot, core, t = followed.scene.robot, followed.core, followed.core.t
+    count = len(times) if t >= times[-1] else int(np.searchsorted(times, t, side="right"))
+    end = np.concatenate(followed.state(t))
+    found = np.full((len(times) + 1, len(end)), np.nan)
+    samples: Any = core.samples(times[:count])
+    found[:count] = samples.reshape(count, -1)
+    found[:count][times[:count] >= t] = found[-1] = end
+    for row in (*found[:count], found[-1]):
+        row[: robot.nq] = pin.normalize(robot.model, row[: robot.nq])
+    names = followed.scene.entry_names("contacts")
+    rests = sorted(followed.rests(t), key=lambda rest: rest[1])
     return RowResult(
-        motion.status,
-        motion.detail,
-        motion.duration,
-        q,
-        v,
-        q_end,
-        v_end,
+        status,
+        "" if status is MotionStatus.INTERRUPTED else followed.detail,
+        t,
+        found[:-1, : robot.nq],
+        found[:-1, robot.nq :],
+        found[-1, : robot.nq],
+        found[-1, robot.nq :],
         _columns(followed),
-        tuple((rest.contact, rest.start, rest.end) for rest in motion.rests),
-        motion.evaluations,
+        tuple((names[entry], start, end) for entry, start, end in rests),
+        core.evaluations,
     )
 
 
@@ -207,32 +218,53 @@ def follow_rows(
     """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     count = max(1, min(len(rows), threads or cores or 1))
+    # Threads take the next row each; iterators of a range are safe to share.
+    indices = iter(range(len(rows)))
+    ended: SimpleQueue[Followings] = SimpleQueue()
     with Interrupts() as interrupts, ThreadPoolExecutor(count) as pool:
-        follow = partial(_followed_row, scene, interrupts=interrupts)
-        ended: SimpleQueue[tuple[int, Future[RowResult]]] = SimpleQueue()
 
-        def tell(index: int, future: Future[RowResult]) -> None:
-            ended.put((index, future))
+        def work() -> None:
+            found: Followings = []
+            last = monotonic()
+            try:
+                for i in indices:
+                    found.append((i, _followed_row(scene, interrupts, *rows[i])))
+                    if monotonic() - last > HANDS_OVER:
+                        ended.put(found)
+                        found, last = [], monotonic()
+            except BaseException as error:
+                found.append((-1, error))
+            ended.put(found)
 
-        for i, row in enumerate(rows):
-            pool.submit(follow, *row).add_done_callback(partial(tell, i))
-        left = len(rows)
+        def keep(found: Followings) -> int:
+            for index, result in found:
+                if isinstance(result, BaseException):
+                    raise result
+                done(index, result)
+            return len(found)
+
+        for _ in range(count):
+            pool.submit(work)
         try:
+            left = len(rows)
             while left:
-                interrupts.heed()
-                with suppress(Empty):
-                    index, future = ended.get(timeout=LOOK)
-                    left -= 1
-                    done(index, future.result())
+                left -= keep(_next(ended, interrupts))
             interrupts.heed()
             return True
         except BaseException as error:
             interrupts.stop()
-            pool.shutdown(cancel_futures=True)
+            pool.shutdown()
             if not isinstance(error, KeyboardInterrupt):
                 raise
             while not ended.empty():
-                index, future = ended.get()
-                if not future.cancelled() and future.exception() is None:
-                    done(index, future.result())
+                with suppress(KeyboardInterrupt):
+                    keep(ended.get())
             return False
+
+
+def _next(ended: SimpleQueue[Followings], interrupts: Interrupts) -> Followings:
+    """The next results, while Ctrl-C is heeded."""
+    while True:
+        interrupts.heed()
+        with suppress(Empty):
+            return ended.get(timeout=LOOK)
