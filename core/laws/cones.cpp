@@ -13,6 +13,8 @@ namespace {
 // Most steps of one Newton iteration, and of its line search.
 constexpr int kNewtonSteps = 60, kHalvings = 10;
 constexpr int kProximalSteps = 8;
+// Impulses so many times as large as those of the velocities are none.
+constexpr double kBeyond = 1e5;
 // A step is taken if it is no worse than the worst of so many before it (non-monotone search).
 constexpr int kMemory = 4;
 
@@ -424,6 +426,28 @@ void clear_open(const System& s, double* P, Arena& arena) {
             for (int j = 0; j < s.size[k]; ++j) P[s.first[k] + j] = 0.0;
 }
 
+// Whether no impulse makes all ξ_n >= 0, by Farkas: normal impulses d >= 0 that move nothing,
+// W d = 0, have d·ξ = d·b for whatever P, and here d·b < 0. Such d is the direction in which
+// impulses grow without friction while their compliance falls. With W d = 0 to rounding only,
+// impulses that obey would have to be `kBeyond` times as large as those of the velocities.
+bool is_infeasible(const double* W, int rows, const double* b, double scale, const Cones& cones,
+                   Arena& arena) {
+    Arena::Scope scope(arena);
+    Cones bare;
+    bare.normal = cones.normal;
+    bare.floor.assign(cones.normal.size(), 0.0);
+    bare.adhesion = bare.floor;
+    const System s = build_system(W, rows, b, scale, bare, arena);
+    double *d = arena.take(s.rows), *moved = arena.take(s.rows), *soft = arena.take(s.rows, s.rows);
+    int steps = 0;
+    add_to_diagonal(s, 1.0 / (kBeyond * kBeyond), soft);
+    solve_from(s, soft, d, steps, arena);
+    for (int i = 0; i < s.rows; ++i) d[i] = std::max(d[i], 0.0);
+    const double size = largest(d, s.rows);
+    for (int i = 0; i < s.rows; ++i) moved[i] = dot(s.A + i * s.rows, d, s.rows) / size;
+    return size > kBeyond && -dot(d, s.b, s.rows) / size > kBeyond * largest(moved, s.rows);
+}
+
 // P in the units that were given; what is at its floor to the last digit.
 void write_back(const System& s, const Cones& cones, const double* own, int rows, double* P) {
     std::fill(P, P + rows, 0.0);
@@ -452,6 +476,8 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
     clear_open(s, own, arena);
     solution.residual = residual_of(s, own, arena);
     solution.immovable = s.blocked;
+    solution.infeasible = !(solution.residual <= tolerance::residual) &&
+                          is_infeasible(W, rows, b, scale, cones, arena);
     for (int c = 0; c < s.contacts; ++c) {
         double share = shares[s.normal[c]];
         for (int k = 0; k < s.groups; ++k)

@@ -30,6 +30,7 @@ struct ConeSolution {
     double residual = 0.0;     // of the natural map, relative
     int steps = 0;             // of Newton's method
     bool immovable = false;    // a contact approaches that no impulse moves
+    bool infeasible = false;   // no impulse makes all ξ_n >= 0
     std::vector<char> unique;  // (n) whether the contact's impulse is determined
 };
 

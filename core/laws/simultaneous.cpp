@@ -135,7 +135,7 @@ ContactSolution solve_simultaneous(const ContactProblem& problem, const Law& law
         work += solution.normal_work[i] + solution.friction_work[i];
         size += std::abs(solution.normal_work[i]) + std::abs(solution.friction_work[i]);
     }
-    if (found.immovable)
+    if (found.immovable || found.infeasible)
         solution.status = Status::no_solution;
     else if (!(solution.residual <= tolerance::residual))
         solution.status = Status::not_converged;
