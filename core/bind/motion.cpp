@@ -41,13 +41,7 @@ struct Callbacks {
         return [nq = nq, nv = nv, count, function](double t, const double* q, const double* v,
                                                    double* to) {
             nb::gil_scoped_acquire lock;
-            copy_to(function(t, array(q, nq), array(v, nv)), to, count, "torque");
-        };
-    }
-    auto of_time(nb::object function, int count) const {
-        return [count, function](double t, double* to) {
-            nb::gil_scoped_acquire lock;
-            copy_to(function(t), to, count, "what is driven");
+            copy_to(function(t, array(q, nq), array(v, nv)), to, count, "a force");
         };
     }
     auto of_place(nb::object function, int count) const {
@@ -155,7 +149,7 @@ struct GivenMotionScene {
         const std::size_t count = 6 * forces.applied.size() + forces.rows.size();
         const double* from = data_of(at_start, count, "at_start");
         forces.at_start.assign(from, from + count);
-        if (!function.is_none()) forces.driven = calls.of_time(function, static_cast<int>(count));
+        if (!function.is_none()) forces.driven = calls.torque(function, static_cast<int>(count));
     }
     void set_holding(nb::object rows, nb::object bias, nb::object values, nb::object speeds,
                      nb::object place) {

@@ -226,7 +226,7 @@ void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, c
     Arena::Scope scope(scratch());
     double* numbers = scratch().take(static_cast<int>(forces.at_start.size()));
     std::copy(forces.at_start.begin(), forces.at_start.end(), numbers);
-    if (forces.driven) forces.driven(t, numbers);
+    if (forces.driven) forces.driven(t, q, v, numbers);
     for (std::size_t i = 0; i < forces.applied.size(); ++i)
         if (asked(ForceEntry::applied, i)) apply(forces.applied[i], numbers + 6 * i, tree);
     for (std::size_t i = 0; i < forces.rows.size(); ++i)

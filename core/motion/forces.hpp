@@ -27,7 +27,7 @@ struct PointSpring {
     double side = 0.0;  // 1 pulls only, −1 pushes only, 0 both
 };
 
-// A force and a couple on a body that change with time.
+// A force and a couple on a body that change with time or state.
 struct AppliedForce {
     Site site;
     bool is_local = false;
@@ -59,8 +59,8 @@ struct Forces {
     std::vector<int> rows;  // entries of v with a torque by time
     std::vector<Function> functions;
     std::vector<ForceEntry> entries;
-    // (6 applied + rows) numbers at a time [s]; empty where none is a function of time.
-    std::function<void(double t, double* numbers)> driven;
+    // (6 applied + rows) numbers at a time [s] and state; empty where all are constant.
+    std::function<void(double t, const double* q, const double* v, double* numbers)> driven;
     std::vector<double> at_start;  // the same at t = 0
 
     bool on_bodies() const { return !springs.empty() || !applied.empty(); }

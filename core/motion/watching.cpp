@@ -23,9 +23,8 @@ void Motion::forces_at(const Step& step, double at, std::vector<double>& found) 
     const Forces& forces = scene_->forces;
     at = std::min(std::max(at, from_), to_);
     found = forces.at_start;
-    if (forces.driven) forces.driven(at, found.data());
-    if (forces.functions.empty()) return;
     step.at(at, here_.data());
+    if (forces.driven) forces.driven(at, here_.data(), here_.data() + nq(), found.data());
     for (const Forces::Function& own : forces.functions) {
         const std::size_t first = found.size();
         found.resize(first + own.count);

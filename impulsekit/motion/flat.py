@@ -47,13 +47,11 @@ class FlatMotion:
         flat: what holds and touches the robot.
         core: that, and what acts between impacts.
         corners: times at which a force has a corner [s].
-        watched: functions of time that forces are, whose pulses steps must not miss.
     """
 
     flat: FlatScene
     core: MotionScene
     corners: tuple[float, ...]
-    watched: tuple[Callable[[float], np.ndarray], ...]
 
 
 def is_new(scene: Scene) -> bool:
@@ -82,7 +80,7 @@ def _made(scene: Scene) -> FlatMotion:
     forces.add_all()
     _hold(scene, flat, core)
     _touch(scene, flat, core)
-    return FlatMotion(flat, core, tuple(forces.corners), tuple(forces.watched))
+    return FlatMotion(flat, core, tuple(forces.corners))
 
 
 _motions: SceneCache[FlatMotion] = SceneCache(_made)
@@ -98,7 +96,6 @@ class _Forces:
         self._tables: list[TorqueTable] = []
         self._dry: dict[int, float] = {}
         self.corners: list[float] = []
-        self.watched: list[Callable[[float], np.ndarray]] = []
 
     def add_all(self) -> None:
         names = self._scene.entry_names("forces")
@@ -122,7 +119,6 @@ class _Forces:
                 start[6 * i : 6 * i + 6] = force.force_at(0.0)
             else:
                 functions.append((6 * i, partial(force.force_at, name=name)))
-        self.watched += [function for _, function in functions]
         driven = partial(_driven, start, functions, self._tables)
         self._core.set_driven(start, driven if functions or self._tables else None)
 
@@ -179,12 +175,17 @@ def _torque(function: Any, name: str, size: int, t: float, q: Any, v: Any) -> np
 
 
 def _driven(
-    start: np.ndarray, functions: Sequence[Any], tables: Sequence[TorqueTable], t: float
+    start: np.ndarray,
+    functions: Sequence[Any],
+    tables: Sequence[TorqueTable],
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
 ) -> np.ndarray:
-    """Return the forces that are functions of time, at a time [s]."""
+    """Return the forces that change with time [s] or state, at both."""
     numbers = start.copy()
     for at, function in functions:
-        numbers[at : at + 6] = function(t)
+        numbers[at : at + 6] = function(t, q, v)
     first = len(numbers) - len(tables)
     for i, table in enumerate(tables):
         numbers[first + i] = table(t, None, None)

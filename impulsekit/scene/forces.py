@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from inspect import signature
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -260,10 +262,25 @@ class Actuator(InJoint):
 
 
 def _vector_or_function(value: Any, what: str) -> Any:
-    return value if callable(value) else vector(value, what)
+    if not callable(value):
+        return vector(value, what)
+    if not (_takes(value, 1) or _takes(value, 3)):
+        raise InputError(f"{what} must be a function of t, or of (t, q, v)")
+    return value
 
 
-VectorInTime: TypeAlias = Annotated[Vector | Callable[[float], Any], _vector_or_function]
+def _takes(function: Callable[..., Any], count: int) -> bool:
+    """Return whether a function can be called with so many arguments; of time if none can say."""
+    try:
+        signature(function).bind(*range(count))
+    except TypeError:
+        return False
+    except ValueError:  # of some that are compiled nothing is known
+        return count == 1
+    return True
+
+
+VectorOfState: TypeAlias = Annotated[Vector | Callable[..., Any], _vector_or_function]
 
 
 @public
@@ -273,7 +290,9 @@ class AppliedForce(Entry):
 
     Attributes:
         frame: the frame.
-        linear: force [N]: three numbers, or a function of time [s] that returns them.
+        linear: force [N]: three numbers; or a function that returns them, of time [s] or, such as
+            drag, of (t, q, v) with read-only copies of the whole robot's q and v. It must depend on
+            these alone: the integrator calls it at trial states, not in order of time.
         angular: couple about the point [N m], given in the same way.
         at: the point, in the frame's coordinates [m].
         axes: "world" or "local": in whose axes ``linear`` and ``angular`` are given.
@@ -285,13 +304,16 @@ class AppliedForce(Entry):
     Example:
         >>> AppliedForce("link_10", linear=lambda t: (0, 5 * t, 0)).force_at(2.0)[1]
         np.float64(10.0)
+        >>> drag = AppliedForce("ball", linear=lambda t, q, v: -0.1 * v[:3], axes="local")
+        >>> drag.force_at(0.0, [0, 0, 1, 0, 0, 0, 1], np.array([2.0, 0, 0, 0, 0, 0]))[0]
+        np.float64(-0.2)
     """
 
     section, wording = "forces", '{kind} on "{frame}"'
 
     frame: Name
-    linear: VectorInTime = (0.0, 0.0, 0.0)
-    angular: VectorInTime = (0.0, 0.0, 0.0)
+    linear: VectorOfState = (0.0, 0.0, 0.0)
+    angular: VectorOfState = (0.0, 0.0, 0.0)
     at: Vector = (0.0, 0.0, 0.0)
     axes: Axes = "world"
     name: Name | None = None
@@ -307,14 +329,23 @@ class AppliedForce(Entry):
 
     @property
     def is_constant(self) -> bool:
-        """Return whether it is the same at all times, in its own axes."""
+        """Return whether it is the same at all times and states, in its own axes."""
         return not callable(self.linear) and not callable(self.angular)
 
-    def force_at(self, t: float, name: str | None = None) -> np.ndarray:
-        """Return (6,) force [N] before couple [N m] at a time [s], in ``axes``.
+    @cached_property
+    def _of_time(self) -> dict[str, bool]:
+        """By field, whether its function is one of time alone."""
+        fields = {"linear": self.linear, "angular": self.angular}
+        return {name: _takes(own, 1) for name, own in fields.items() if callable(own)}
+
+    def force_at(
+        self, t: float, q: Any = None, v: Any = None, *, name: str | None = None
+    ) -> np.ndarray:
+        """Return (6,) force [N] before couple [N m] at a time [s] and state, in ``axes``.
 
         Args:
             t: time [s].
+            q, v: (nq,), (nv,) the robot's state, for functions of it.
             name: what errors call it; by default its own name or its frame's.
 
         Raises:
@@ -325,7 +356,8 @@ class AppliedForce(Entry):
         for field in ("linear", "angular"):
             value = getattr(self, field)
             if callable(value):
-                value = numbers_from(value, f"{name}: {field} at t = {t:g}", 3, t)
+                given = (t,) if self._of_time[field] else (t, q, v)
+                value = numbers_from(value, f"{name}: {field} at t = {t:g}", 3, *given)
             halves.append(value)
         return np.array([*halves[0], *halves[1]])
 

@@ -1,6 +1,7 @@
 """Springs, dampers, actuators and applied forces against closed forms; what they refuse."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -68,3 +69,44 @@ def test_a_function_of_the_wrong_shape_is_told():
     bad = ik.Actuator("z00", lambda t, q, v: [1.0, 2.0])
     with pytest.raises(errors.ShapeError, match="torque at t"):
         follow(sliders(1), [0.0], [0.0], 1.0, forces=[bad])
+
+
+@pytest.mark.parametrize("axes", ["local", "world"])
+def test_drag_slows_as_the_closed_form_says(axes):
+    # m dv/dt = −c v²: 1/v = 1/v₀ + c t/m, and the way is m/c log(1 + c v₀ t/m).
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.8, 1.2))
+    q = ball.configuration(root_joint=[0, 0, 0, *turn.coeffs()])
+    v = ball.velocity(root_joint=[*(turn.matrix().T @ [3.0, 0, 0]), 0, 0, 0])
+    c = 0.2
+
+    def drag(t, q, v):
+        speed = v[:3] if axes == "local" else pin.XYZQUATToSE3(q).rotation @ v[:3]
+        return -c * np.linalg.norm(speed) * speed
+
+    force = ik.AppliedForce("ball", linear=drag, axes=axes, name="drag")
+    motion = follow(ball, q, v, 2.0, forces=[force])
+    rate = c / ball.mass * 3.0 * motion.t
+    np.testing.assert_allclose(motion.q[:, 0], np.log1p(rate) * ball.mass / c, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(
+        np.linalg.norm(motion.v[:, :3], axis=1), 3.0 / (1.0 + rate), rtol=1e-9
+    )
+    there = 3.0 / (1.0 + c / ball.mass * 3.0)
+    pull = motion.forces["drag"].force(1.0)
+    assert np.linalg.norm(pull[:3]) == pytest.approx(c * there**2, rel=1e-8)
+
+
+def test_a_force_of_place_swings_beside_one_of_time():
+    # m x″ = −k x + F: about F/k, from x = 0 at rest.
+    robot = sliders(1)
+    spring = ik.AppliedForce("b00", linear=lambda t, q, v: (0, 0, -4.0 * q[0]))
+    push = ik.AppliedForce("b00", linear=lambda t, F=2.0: (0, 0, F))
+    motion = follow(robot, [0.0], [0.0], 3.0, forces=[spring, push])
+    np.testing.assert_allclose(motion.q[:, 0], 0.5 * (1 - np.cos(2 * motion.t)), atol=1e-8)
+
+
+def test_a_force_of_two_arguments_is_refused():
+    with pytest.raises(
+        errors.InputError, match=r"linear must be a function of t, or of \(t, q, v\)"
+    ):
+        ik.AppliedForce("b00", linear=lambda t, q: (0, 0, 0))
