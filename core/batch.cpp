@@ -94,6 +94,15 @@ class Block {
     }
 
   private:
+    static Pack largest_of(const std::vector<Pack>& numbers) {
+        Pack most{};
+        for (const Pack& x : numbers) {
+            const Pack size = x < 0.0 ? -x : x;
+            most = size > most ? size : most;
+        }
+        return most;
+    }
+
     int row_of(int lane) const { return first_ + std::min(lane, count_ - 1); }
 
     void gather(const Column& column, std::vector<Pack>& to) {
@@ -180,10 +189,15 @@ class Block {
             press();
             a.collect(struck_.data(), tau_.data(), impulse_.data());
         }
-        const Pack flaws = flaw(dv_);
+        const Pack flaws = flaw(dv_), blows = largest_of(given_), jumps = largest_of(dv_);
         for (int k = 0; k < count_; ++k) {
             std::int8_t& code = b_.out.codes[first_ + k];
-            if (code == 0 && flaws[k] != 0.0) code = kSingularMass;
+            if (code != 0) continue;
+            if (flaws[k] != 0.0)
+                code = kSingularMass;
+            else if (std::fpclassify(blows[k]) == FP_SUBNORMAL ||
+                     std::fpclassify(jumps[k]) == FP_SUBNORMAL)
+                code = kInaccurate;  // such numbers have lost digits
         }
         if (needs_loads_ || b_.out.existence) {
             tree_.place(q_.data());

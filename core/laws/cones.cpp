@@ -26,6 +26,7 @@ struct System {
     double* b = nullptr;         // (rows)
     int* source = nullptr;       // (rows) row of the given problem
     double* unit = nullptr;      // (rows) P_given = unit · P · velocity
+    double* give = nullptr;      // (rows) the largest mobility in any direction of a group
     int* normal = nullptr;       // (contacts)
     int* owner = nullptr;        // (contacts) number of the given contact
     double* floor = nullptr;     // (contacts)
@@ -53,12 +54,19 @@ int moving_rows(const double* W, int rows, const double* b, double scale, double
     return count;
 }
 
+// The larger eigenvalue of two rows of W: unlike its diagonal, the same for whatever tangents.
+double largest_mobility(const double* W, int rows, int i, int j) {
+    const double a = W[i * rows + i], b = W[i * rows + j], c = W[j * rows + j];
+    return 0.5 * (a + c) + std::hypot(0.5 * (a - c), b);
+}
+
 System build_system(const double* W, int rows, const double* b, double scale, const Cones& cones,
                     Arena& arena) {
     System s;
     const int n = static_cast<int>(cones.normal.size()), g = static_cast<int>(cones.first.size());
     s.source = arena.take_int(rows);
     s.unit = arena.take(rows);
+    s.give = arena.take(rows);
     s.normal = arena.take_int(n);
     s.owner = arena.take_int(n);
     s.floor = arena.take(n);
@@ -82,6 +90,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
         s.owner[s.contacts] = i;
         s.normal[s.contacts++] = s.rows;
         s.source[s.rows] = r;
+        s.give[s.rows] = 1.0;
         s.unit[s.rows++] = 1.0 / std::sqrt(own);
     }
     for (int k = 0; k < g; ++k) {
@@ -99,8 +108,10 @@ System build_system(const double* W, int rows, const double* b, double scale, co
         s.size[s.groups] = count;
         s.contact[s.groups] = c;
         s.friction[s.groups++] = cones.friction[k] * normal_unit / unit;
+        const double most = count == 2 ? largest_mobility(W, rows, kept[0], kept[1]) : own;
         for (int j = 0; j < count; ++j) {
             s.source[s.rows] = kept[j];
+            s.give[s.rows] = own > 0.0 ? most / own : 1.0;
             s.unit[s.rows++] = unit;
         }
     }
@@ -292,7 +303,7 @@ void sweep(const System& s, const double* A, double* P, int count) {
 
 void add_to_diagonal(const System& s, double compliance, double* A) {
     std::copy(s.A, s.A + s.rows * s.rows, A);
-    for (int i = 0; i < s.rows; ++i) A[i * s.rows + i] += compliance;
+    for (int i = 0; i < s.rows; ++i) A[i * s.rows + i] += compliance * s.give[i];
 }
 
 // Newton's method, and where it stalls again from what proximal steps or sweeps come to: a
@@ -347,7 +358,7 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     // Where redundant rows contradict each other a smaller compliance tells sooner which gives way.
     double compliance = tolerance::compliance;
     for (int count = 0; count < kProximalSteps; ++count, compliance *= 0.1) {
-        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * P[i];
+        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * s.give[i] * P[i];
         add_to_diagonal(s, compliance, soft);
         solved = solve_from(step, soft, P, steps, arena);
         if (residual_of(s, P, arena) <= tolerance::rounding * m) break;

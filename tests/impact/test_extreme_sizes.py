@@ -31,6 +31,16 @@ def test_denormal_blows_are_answered_to_the_spacing_of_denormals():
     assert np.abs(_jump(size) - size * _jump(1.0)).max() <= smallest
 
 
+def test_a_batch_says_where_numbers_are_denormal():
+    robot = robot_of([Link(-1, 1.0, BOX), Link(0, 2.0, BOX)], "freeflyer")
+    scene = ik.Scene(robot, [ik.AppliedImpulse("link_1", linear=[1, 0, 0], at=[0.1, 0.2, 0])])
+    sizes = np.array([1e-316, 1e-300, 0.0])
+    blows = sizes[:, None] * np.array([1.0, -0.5, 0.25])
+    q, v = np.tile(robot.neutral(), (3, 1)), np.zeros((3, robot.nv))
+    batch = ik.solve_batch(scene, q, v, impulses=blows)
+    assert [ik.Status(code).name for code in batch.status] == ["INACCURATE", "SOLVED", "SOLVED"]
+
+
 @pytest.mark.parametrize("law", ["newton", "poisson", "stronge"])
 @pytest.mark.parametrize("power", [-900, -600, 500])
 def test_a_ball_bounces_alike_at_any_speed(law, power):

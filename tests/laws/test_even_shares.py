@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import root
 
 import impulsekit as ik
+from impulsekit.impact.contact_law import ContactProblem, solve_contacts
 
 CORNERS = [(x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1)]
 # No normal of a face moves for loads along it.
@@ -160,3 +161,22 @@ def test_many_points_are_as_a_bed_of_springs_that_cannot_pull(count, kind, mu):
         assert (plane[~pressed] @ give < 1e-7 * size).all()
     assert judged >= 2
     assert unloaded or kind == "ring" or mu < 0.2
+
+
+def test_what_a_contact_shares_does_not_depend_on_its_tangents():
+    """A point that two directions of motion alone move, its tangents turned by any angle."""
+    rng = np.random.default_rng(3)
+    one = np.ones(1)
+    for _ in range(20):
+        rows, v = rng.normal(size=(3, 2)), rng.normal(size=2)
+        v *= -np.sign(rows[2] @ v)
+        found = []
+        for angle in (0.0, *rng.uniform(0.0, 2.0 * np.pi, 3)):
+            c, s = np.cos(angle), np.sin(angle)
+            turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+            J = turn @ rows
+            problem = ContactProblem(J @ J.T, J @ v, J @ v, 0.7 * one, 0.9 * one, 0.0 * one)
+            solution = solve_contacts(problem, ik.Law("poisson"))
+            assert solution.status.obeys_law
+            found.append(turn.T @ solution.impulse)
+        assert np.ptp(found, axis=0).max() < 1e-9 * np.abs(found).max()
