@@ -59,12 +59,30 @@ replay that opens without a network, the output and the source.
 `impulsekit solve examples/NAME.toml` solves a scene, `python examples/NAME.py` runs a script.
 """
 # Where the usual view hides what happens.
-CAMERAS = {"stopped_door.toml": "back", "stopped_door.py": "back"}
+CAMERAS: dict[str, Any] = {
+    "stopped_door.toml": "back",
+    "stopped_door.py": ((-2.2, 2.6, 1.6), (0.3, 0.0, 0.8)),
+    "billiard_sequential.toml": "left",
+    "replay_thrown_ball.py": "left",
+}
+# Names that a title writes otherwise.
+PROPER = {
+    "talos": "Talos", "panda": "Panda", "solo12": "Solo12", "ur5": "UR5",
+    "whittaker": "Whittaker's", "newtons": "Newton's",
+}  # fmt: skip
 
 
 def name_of(file: str) -> str:
     """Return the name of an example's page."""
     return file.removesuffix(".toml").replace(".py", "_py")
+
+
+def title_of(file: str) -> str:
+    """Return the title of an example's page, of its file's name."""
+    stem, _, kind = file.partition(".")
+    words = " ".join(PROPER.get(word, word) for word in stem.split("_"))
+    both = {f"{stem}.py", f"{stem}.toml"} <= {name for group in GROUPS.values() for name in group}
+    return words[0].upper() + words[1:] + (", in Python" if both and kind == "py" else "")
 
 
 def first_words(path: Path) -> str:
@@ -198,8 +216,8 @@ def page_of(file: str) -> str:
     place = GENERATED / "gallery" / name
     text = Path(f"{place}.txt").read_text(encoding="utf-8").rstrip()
     moving = f"../../moving/{name}.html"
-    made = [f"# {file}\n", first_words(path), ""]
-    made += [f"```{{image}} {name}.png", f":alt: {file}, as a picture"]
+    made = [f"# {title_of(file)}\n", first_words(path), "", f"From `examples/{file}`.", ""]
+    made += [f"```{{image}} {name}.png", f":alt: {title_of(file)}, as a picture"]
     made += [f":target: {moving}", "```\n"]
     made += [f'<a class="reference external" href="{moving}">Open the interactive replay</a>\n']
     for kind, words in (("drawn", "what the script draws"), ("plots", "its numbers as plots")):
@@ -220,7 +238,8 @@ def list_of_examples() -> str:
         made += [f"## {title}\n", "::::{grid} 2 2 3 3", ":gutter: 2\n"]
         for file in files:
             words = re.split(r"(?<!\bp)[.:] |\.$", first_words(EXAMPLES / file))[0]
-            made += [f":::{{grid-item-card}} {file}", f":img-top: {name_of(file)}.png",
+            picture = f"{name_of(file)}{'_drawn' if file.startswith('draw_') else ''}.png"
+            made += [f":::{{grid-item-card}} {title_of(file)}", f":img-top: {picture}",
                      f":link: {name_of(file)}", ":link-type: doc", words, ":::"]  # fmt: skip
         made += ["::::\n"]
     pages = [name_of(file) for files in GROUPS.values() for file in files]

@@ -101,9 +101,9 @@ def page_of(value: Any) -> str:
     return max(fitting)[1]
 
 
-def write_reference() -> None:
-    """Write one page a room, each name by autodoc."""
-    pages: dict[str, list[str]] = {page: [] for page, _, _ in PAGES}
+def write_reference() -> int:
+    """Write a page for each name, by autodoc, and one a room that lists them; gives their count."""
+    pages: dict[str, list[tuple[str, str]]] = {page: [] for page, _, _ in PAGES}
     for name, value in sorted(public_names().values(), key=lambda entry: entry[0].lower()):
         kind = "autoclass" if inspect.isclass(value) else "autofunction"
         if inspect.isclass(value) and issubclass(value, Exception):
@@ -114,12 +114,24 @@ def write_reference() -> None:
             room = value.__module__.rpartition(".")[0]
             if any(base.__module__.rpartition(".")[0] == room for base in value.__mro__[1:]):
                 text += "   :inherited-members:\n"
-        pages[page_of(value)].append(text)
+        page, own = page_of(value), name.removeprefix("impulsekit.")
+        pages[page].append((own, first_sentence(value)))
+        text = f"# {own}\n\n```{{eval-rst}}\n{text}\n```\n"
+        _write(GENERATED / "reference" / page / f"{own}.md", text)
     for page, title, _ in PAGES:
-        body = "\n".join(pages[page])
-        _write(
-            GENERATED / "reference" / f"{page}.md", f"# {title}\n\n```{{eval-rst}}\n{body}\n```\n"
-        )
+        links = [(f"{{doc}}`{own} <{page}/{own}>`", words) for own, words in pages[page]]
+        rows = "\n".join(f"| {link} | {words} |" for link, words in links)
+        hidden = "\n".join(f"{page}/{own}" for own, _ in pages[page])
+        text = f"# {title}\n\n| name | |\n|---|---|\n{rows}\n\n"
+        text += f"```{{toctree}}\n:hidden:\n{hidden}\n```\n"
+        _write(GENERATED / "reference" / f"{page}.md", text)
+    return sum(map(len, pages.values()))
+
+
+def first_sentence(value: Any) -> str:
+    """Return the first sentence of a docstring as a cell of a table."""
+    words = " ".join((inspect.getdoc(value) or "").split("\n\n")[0].split())
+    return re.split(r"(?<=[.:])\s", words)[0].rstrip(":").replace("|", "\\|").replace("``", "`")
 
 
 def _write(path: Path, text: str) -> None:
@@ -147,14 +159,47 @@ def _plain_bars(
         parts = re.split(r"(``.*?``)", line)
         parts[::2] = [re.sub(r"([|*])", r"\\\1", part) for part in parts[::2]]
         lines[i] = "".join(parts)
+    _keep_raises_as_text(lines)
+
+
+def _skip_internal(
+    _app: Any, _what: str, name: str, _object: Any, skip: bool, _options: Any
+) -> bool:
+    """Leave out what entries of a scene check, and how their sentences call them."""
+    return skip or name.startswith("check_") or name == "wording"
+
+
+def _public_signature(
+    _app: Any, _what: str, _name: str, _object: Any, _options: Any, signature: str, returned: str
+) -> tuple[str, str]:
+    """Leave out parameters that begin with an underscore."""
+    return re.sub(r"(, \*)?, _\w+=[^,)]*(\(\))?(?=[,)])", "", signature or ""), returned
+
+
+def _keep_raises_as_text(lines: list[str]) -> None:
+    """Make a heading of "Raises:": several errors share a sentence, which napoleon would split."""
+    for i in range(len(lines) - 1, -1, -1):
+        if lines[i].strip() != "Raises:":
+            continue
+        indent = len(lines[i]) - len(lines[i].lstrip())
+        end = i + 1
+        while end < len(lines) and (
+            not lines[end].strip() or len(lines[end]) - len(lines[end].lstrip()) > indent
+        ):
+            end += 1
+        entries: list[str] = []
+        for line in lines[i + 1 : end]:
+            begins = len(line) - len(line.lstrip()) == indent + 4 and line.strip()
+            entries.append(" " * indent + ("- " if begins else "  ") + line.strip())
+        lines[i:end] = [" " * indent + ".. rubric:: Raises", "", *entries, ""]
 
 
 def _make(app: Any) -> None:
     # Pages are read, and their cells run, by as many processes as there are cores.
     app.parallel = max(app.parallel, os.cpu_count() or 1)
     begin = time.perf_counter()
-    write_reference()
-    SAY(f"reference: {len(PAGES)} pages from docstrings; now the examples are run and drawn")
+    count = write_reference()
+    SAY(f"reference: {count} pages from docstrings; now the examples are run and drawn")
     write_gallery(SAY, _write)
     SAY(
         f"gallery: {time.perf_counter() - begin:.0f} s; now Sphinx reads pages and runs their cells"
@@ -167,4 +212,6 @@ def setup(app: Any) -> dict[str, bool]:
     app.connect("builder-inited", _make)
     # Before napoleon, whose own markup stays.
     app.connect("autodoc-process-docstring", _plain_bars, priority=400)
+    app.connect("autodoc-skip-member", _skip_internal)
+    app.connect("autodoc-process-signature", _public_signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

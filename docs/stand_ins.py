@@ -20,7 +20,10 @@ def _racket(names: dict[str, Any]) -> ik.Impact:
 
 def _rod(names: dict[str, Any]) -> ik.Impact:
     """Return one of the measured impacts: a rod that leans by 50 degrees."""
-    rod = ik.Robot.from_urdf(names["ROD"], root="planar")
+    # The script's rod has no shape.
+    visual = """<visual><origin rpy="0 1.5707963 0"/><geometry><cylinder radius="0.02" length="1"/>
+    </geometry></visual><inertial>"""
+    rod = ik.Robot.from_urdf(names["ROD"].replace("<inertial>", visual), root="planar")
     lean = math.radians(50)
     tip = ik.Contact("rod", at=[-0.5, 0, 0], normal=[0, 1, 0], restitution=0.6, friction=0.3,
                      origin=[0, -0.5 * math.sin(lean), 0], name="tip")  # fmt: skip

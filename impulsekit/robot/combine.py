@@ -34,7 +34,7 @@ def combine(
     states are stacked in the order given.
 
     Args:
-        *robots, **more: the robots by name: mappings, or keywords.
+        robots: the robots by name, as mappings. more: the same as keywords.
         placements: placement of each robot's root in the world: (3,) a point [m], (4, 4) a
             homogeneous matrix, or a ``pin.SE3``; the origin by default.
 

@@ -20,6 +20,8 @@ from .motions import Shown
 
 # A box is drawn no thinner than this share of its longest edge.
 THINNEST = 0.04
+# The radius of the thinnest rod drawn, of the extent of the scene: four pixels of a picture.
+THINNEST_ROD = 1 / 250
 # A mass without inertia is drawn as a ball of this density [kg/m³].
 DENSITY = 2000.0
 # Collada is read twice, by Pinocchio and for its colours; both must agree this well.
@@ -310,6 +312,7 @@ class Actors:
         size = max(float(np.linalg.norm(np.ptp(pose, axis=0))) for pose in poses)
         whole = float(np.linalg.norm(np.ptp(corners, axis=0)))
         reach = max(0.5 * float(np.sqrt(size * whole)), LEAST_REACH)
+        shapes = tuple(_thick_enough(each, THINNEST_ROD * whole) for each in shapes)
         return cls(shown, shapes, places, corners, np.concatenate(subject), reach, notes)
 
     @property
@@ -366,6 +369,16 @@ class Actors:
             for i, each in enumerate(self.shapes)
             for joint in (each.item.parentJoint,)
         ]
+
+
+def _thick_enough(body: BodyShape, radius: float) -> BodyShape:
+    """Return a rod with at least a radius [m]: a long chain of thin ones would be invisible."""
+    shape = body.item.geometry
+    kind = type(shape).__name__
+    if kind not in ("Cylinder", "Capsule") or shape.radius >= min(radius, shape.halfLength):
+        return body
+    own = cylinder if kind == "Cylinder" else capsule
+    return replace(body, shape=own(min(radius, shape.halfLength), shape.halfLength))
 
 
 def joint_places(shown: Shown, times: np.ndarray) -> np.ndarray:

@@ -182,7 +182,9 @@ def replay(
         hold=None if shown.impact_alone is not None else hold,
     )
     seen = np.concatenate([actors.corners, *effects.ends])
-    view = camera_of(camera, seen, actors.subject, shown.planes)
+    kinds = {joint.shortname() for joint in shown.robot.model.joints}
+    is_planar = "JointModelPlanar" in kinds
+    view = camera_of(camera, seen, actors.subject, shown.planes, is_planar)
     draw_stage(drawing, seen, shown.planes, view, actors.corners)
     drawing.animate(timeline.duration, loop=loop)
     notes = (*actors.notes, *effects.notes)

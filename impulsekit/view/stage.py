@@ -74,7 +74,11 @@ VIEWS = {
 
 
 def camera_of(
-    view: Any, points: np.ndarray, subject: np.ndarray, planes: Sequence[Plane] = ()
+    view: Any,
+    points: np.ndarray,
+    subject: np.ndarray,
+    planes: Sequence[Plane] = (),
+    is_planar: bool = False,
 ) -> Camera:
     """Return the camera of ``replay``: by name, by place, or for None one that fits.
 
@@ -83,11 +87,11 @@ def camera_of(
         RangeError: the camera is at its own target.
     """
     if view is None:
-        return fitting_camera(points, subject, planes)
+        return fitting_camera(points, subject, planes, is_planar=is_planar)
     if isinstance(view, str):
         if view not in VIEWS:
             raise RangeError.of("replay: camera", quoted(view), ", ".join(map(quoted, VIEWS)))
-        return fitting_camera(points, subject, planes, np.array(VIEWS[view]))
+        return fitting_camera(points, subject, planes, np.array(VIEWS[view]), is_planar)
     pair = np.asarray(view, dtype=float) if np.shape(view) in ((3,), (2, 3)) else None
     if pair is None or not np.isfinite(pair).all():
         raise InputError(
@@ -107,6 +111,7 @@ def fitting_camera(
     subject: np.ndarray,
     planes: Sequence[Plane] = (),
     direction: np.ndarray | None = None,
+    is_planar: bool = False,
 ) -> Camera:
     """Return a camera that sees all (n, 3) points, with the (m, 3) ``subject`` in the middle.
 
@@ -114,7 +119,8 @@ def fitting_camera(
     their broad side, and is in front of the ``planes``; a ``direction`` is kept as it is.
     """
     up = np.array([0.0, 0.0, 1.0])
-    if planes and not any(plane.normal[2] > 0.5 for plane in planes):
+    if is_planar and planes and not any(plane.normal[2] > 0.5 for plane in planes):
+        # The floor of a planar robot is in its own plane; beside others such a plane is a wall.
         up = planes[0].normal
     if direction is None:
         direction = _fitting_direction(points, planes, up)

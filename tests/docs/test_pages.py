@@ -45,6 +45,46 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+# What the sentences of a page say of its numbers, in the names of its cells.
+CLAIMS = {
+    "notebooks/first_impact.md": (
+        "abs(energy.change - sum(energy.work.values())) < 1e-12",
+        # The load falls from the hand to the shoulder.
+        "list(loads.values())[0] > list(loads.values())[-1]",
+        "braked.is_valid() and abs(braked.dv[6 + names.index('arm_left_4_joint')]) < 1e-12",
+    ),
+    "notebooks/motion_and_replay.md": (
+        "np.ptp(energy) < 1e-6 * abs(energy[0])",
+        "(again.q == motion.q).all()",
+    ),
+    "notebooks/contacts_and_laws.md": (
+        "np.allclose(found, closed, rtol=1e-9)",
+        # Each law has its own energy where friction stops the slip.
+        "np.diff(sorted(share.values())).min() > 0.003",
+        "all(hit.contacts[0].mode == 'sticking' for hit in impacts.values())",
+        # Laws of the end and of the path agree where it slides throughout.
+        "np.allclose(curves['newton, end'][-1], curves['newton, path'][-1], rtol=1e-9)",
+        "np.allclose(curves['poisson, end'][0], curves['stronge, path'][0], rtol=1e-9)",
+        "all(abs(hit.contacts[0].impulse[0]) <= 0.3 * hit.contacts[0].impulse[2] + 1e-12"
+        " for hit in impacts.values())",
+        "0.1 < mu[np.argmin(batch.energy_change)] < 0.35",
+    ),
+    "notebooks/batch_and_study.md": ("batch.valid.all()", "len(rows.energy_change) == 2000"),
+    "notebooks/fit.md": (
+        "np.all(abs(fit.values - [0.82, 0.27]) < 3 * np.sqrt(np.diag(fit.covariance)))",
+        "0.8 < fit.residuals.std() < 1.2",
+    ),
+    "howto/mujoco.md": (
+        "all(abs(hit.separation[0] - 0.8 * hit.approach[0]) < 1e-12 for hit in hits)",
+    ),
+}
+
+
+def test_every_notebook_has_claims():
+    notebooks = {name(p) for p in PAGES if p.parent.name == "notebooks" and cells(p)}
+    assert notebooks <= set(CLAIMS)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [p for p in PAGES if cells(p)], ids=name)
 def test_the_cells_of_a_page_run(path, folder):
@@ -56,7 +96,16 @@ def test_the_cells_of_a_page_run(path, folder):
     names = {"__name__": "page"}
     for number, cell in enumerate(cells(path)):
         exec(compile(cell, f"{name(path)}, cell {number}", "exec"), names)
+    for claim in CLAIMS.get(name(path), ()):
+        assert eval(claim, names), claim
     plt.close("all")
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name)
+def test_code_lines_fit_the_column(path):
+    for kind, body in blocks(path):
+        if kind.startswith(("{code-cell}", "toml", "bash", "console", "text")):
+            assert max(map(len, body.splitlines()), default=0) <= 100
 
 
 @pytest.mark.parametrize("path", PAGES, ids=name)
