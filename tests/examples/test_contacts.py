@@ -16,7 +16,7 @@ def test_bouncing_ball():
     impact = solved("bouncing_ball")
     # µ is above (2/7) |v_t|/((1 + e) |v_n|): it rolls off with 5/7 of its speed along.
     assert 0.3 > 2 / 7 * 2 / (1.8 * 3)
-    assert impact.velocity_at("ball/ball").after == about([10 / 7, 0, 2.4])
+    assert impact.velocity_at("ball").after == about([10 / 7, 0, 2.4])
     assert impact.v_after[4] == about(10 / 7 / 0.05)
     assert impact.contacts[0].mode == "sticking"
     assert impact.contacts[0].impulse == about([-0.5 * 4 / 7, 0, 0.5 * 5.4])
