@@ -56,6 +56,7 @@ template <typename Measure>
 double advance_to_zero(Measure measure, double at, double until, GapState now, double fastest,
                        double bend, double change, double& unsure) {
     const double least = 1e-5 * (until - at);
+    double last = 0.0;
     for (int count = 0; at < until; ++count) {
         if (count == kMostAdvances) {
             unsure = at;
@@ -79,7 +80,11 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         double ahead = !now.is_rough && now.rate < 0.0 ? value / -now.rate : 0.0;
         if (value < kNear) ahead *= 1.2;
         if (ahead * change < 0.3 * -now.rate) by = std::max(by, ahead);
-        const double next = std::min(at + std::max(by, least), until);
+        // What is as good as closed and stays so, sliding on or parting slowly, is looked at ever
+        // less often: its distance says nothing of when it comes down, a fall shows at the next look.
+        by = std::max({by, least, now.gap <= kElsewhere ? 2.0 * last : 0.0});
+        last = now.gap <= kElsewhere ? by : 0.0;
+        const double next = std::min(at + by, until);
         const GapState there = measure(next);
         if (there.gap < 0.0 && now.gap > 0.0)
             return zero_between(at, now.gap, next, there.gap,
