@@ -81,7 +81,8 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         if (value < kNear) ahead *= 1.2;
         if (ahead * change < 0.3 * -now.rate) by = std::max(by, ahead);
         // What is as good as closed and stays so, sliding on or parting slowly, is looked at ever
-        // less often: its distance says nothing of when it comes down, a fall shows at the next look.
+        // less often: its distance says nothing of when it comes down, a fall shows at the next
+        // look.
         by = std::max({by, least, now.gap <= kElsewhere ? 2.0 * last : 0.0});
         last = now.gap <= kElsewhere ? by : 0.0;
         const double next = std::min(at + by, until);
