@@ -487,7 +487,8 @@ Derivation::Mode Derivation::mode_of(int i, const Stage& stage) const {
     mode.normal = P[2];
     mode.compressed = compressed;
     mode.sticking = own.mu > 0.0 && speed <= small;
-    if (mode.sticking && !mode.held &&
+    // Without restitution an expansion has neither impulse nor cone.
+    if (mode.sticking && !(mode.held && e == 0.0) &&
         std::max(mobility[0], mobility[1]) * (own.mu * P[2] - tangential) <= small)
         self.edge(kEdgeOfCone, i);
     if (own.mu > 0.0 && !mode.sticking && own.mu * P[2] - tangential > kOnCone * own.mu * P[2])

@@ -250,6 +250,8 @@ class Path {
         if (value_of(mu_) == 0.0) return straight({n1_, n2_, nn_, S{}, S{}}, false, over, wedged);
         S s1, s2;
         if (begins) {
+            if (!sticks_) stopped_at_ = value_of(p_);
+            sticks_ = true;
             u1_ = u2_ = S{};
             S k1, k2;
             holding(k1, k2);
@@ -260,6 +262,7 @@ class Path {
                 if (!(rise > 1e-10 * nn_)) rise = S{};
                 return straight({S{}, S{}, rise, k1, k2}, false, over, wedged);
             }
+            sticks_ = false;
             outgoing(s1, s2);
         } else {
             s1 = u1_ / speed;
@@ -349,7 +352,10 @@ class Path {
     // Go over from compression to restitution; whether the impact is over.
     bool ends_phase() {
         const double slip = length(u1_, u2_);
-        if (mu_ > 0.0 && slip > kStopped * scale_ && slip <= kEdge * scale_) edges_ |= 2;
+        // Slip that is about to stop, or has stopped just now.
+        const bool lately =
+            !sticks_ || value_of(nn_) * (value_of(p_) - stopped_at_) <= kEdge * scale_;
+        if (mu_ > 0.0 && slip <= kEdge * scale_ && lately) edges_ |= 2;
         if (!compressing_) return true;
         compressing_ = false;
         drawn_in_ = drawn_in_ || has_compressed_;
@@ -559,7 +565,8 @@ class Path {
     S u1_, u2_, un_, p1_{}, p2_{}, p_{};
     S friction_{}, pressed_{}, spent_{}, regained_{}, target_{};
     int edges_ = 0;
-    bool compressing_ = false, has_compressed_ = false, drawn_in_ = false;
+    bool compressing_ = false, has_compressed_ = false, drawn_in_ = false, sticks_ = false;
+    double stopped_at_ = 0.0;  // P_n when slip stopped
 };
 
 }  // namespace
