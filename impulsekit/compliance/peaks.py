@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..display import Displayed, OneLine
-from ..errors import InputError, RangeError, check_kind
+from ..errors import InputError, RangeError, check_kind, quoted
 from ..errors.calls import public
 from ..impact import Impact
 from ..robot.arrays import lock
@@ -251,6 +251,9 @@ def gear_peaks(
         'elbow_joint'
     """
     check_kind(impact, Impact, "gear_peaks")
+    for what, table in (("stiffness", stiffness), ("inertia", inertia), ("limits", limits)):
+        if not isinstance(table, Mapping | None):
+            raise InputError(f"gear_peaks: {what} must be a mapping by joint, got {quoted(table)}")
     model, robot = impact.scene.robot.model, impact.scene.robot
     found = []
     for name, given in stiffness.items():

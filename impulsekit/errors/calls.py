@@ -104,4 +104,5 @@ def _names(signature: inspect.Signature) -> list[str]:
         name
         for name, parameter in signature.parameters.items()
         if parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+        and not name.startswith("_")
     ]

@@ -73,7 +73,7 @@ def _nothing_to_hit(scene: Scene, *, moves: bool) -> list[str]:
     if scene.contacts:
         return []
     robot = scene.robot
-    grounds = [f'"{part.prefix}{one.name}"' for part in robot.parts for one in part.changes.grounds]
+    grounds = [f'"{part.name_of(one)}"' for part in robot.parts for one in part.changes.grounds]
     if grounds:
         return [
             f"nothing can be hit: the robot has the ground {grounds[0]}, and the scene no "
@@ -168,7 +168,7 @@ def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
             lowest = int(np.argmin(heights))
             if heights[lowest] < -scene.gap_bound:
                 yield (
-                    f'the robot is under its floor "{part.prefix}{ground.name}": the mass centre '
+                    f'the robot is under its floor "{part.name_of(ground)}": the mass centre '
                     f'of "{moving[lowest].name}" by {-heights[lowest]:.3g} m'
                 )
 

@@ -95,7 +95,7 @@ def _grounds(part: RobotPart) -> Iterator[pin.GeometryObject]:
     for ground in part.changes.grounds:
         shape = coal.Halfspace(np.array(ground.normal), ground.height)
         placed = np.eye(4) if part.placement is None else np.array(part.placement)
-        yield pin.GeometryObject(part.prefix + ground.name, 0, 0, pin.SE3(placed), shape)
+        yield pin.GeometryObject(part.name_of(ground), 0, 0, pin.SE3(placed), shape)
 
 
 def _urdf_objects(

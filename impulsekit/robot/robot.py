@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from ..errors import InputError, NotFiniteError, RangeError, ShapeError, quoted
+from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, quoted
 from ..errors.calls import public
 from .arrays import array_of, floats, not_negative, number, text
 from .base import RobotBase
@@ -254,6 +254,10 @@ class Robot(RobotReaders):
         """
         if isinstance(joints, str):
             joints = [joints]
+        if not isinstance(joints, Iterable):
+            raise InputError(
+                f"with_lock takes names of joints, or a mapping to values, not {a_thing(joints)}"
+            )
         values = dict(joints) if isinstance(joints, Mapping) else dict.fromkeys(joints, 0.0)
         ids = []
         for name, value in values.items():
@@ -338,15 +342,21 @@ class Robot(RobotReaders):
         return type(self)(model, robot.parts, self.name)
 
     def with_ground(
-        self, height: float = 0.0, *, normal: ArrayLike = (0.0, 0.0, 1.0), name: str = "ground"
+        self,
+        height: float = 0.0,
+        *,
+        normal: ArrayLike = (0.0, 0.0, 1.0),
+        name: str = "ground",
+        shared: bool | None = None,
     ) -> Self:
         """Return a robot with a plane in its world, which ``Collision("ball", "ground")`` names.
 
         Args:
             height: of the plane along the normal, from the world's origin [m].
             normal: (3,) out of the ground, world axes.
-            name: of the collision geometry. In a combined world the ground belongs to the
-                first robot, whose name stands before it: "arm/ground".
+            name: of the collision geometry.
+            shared: True keeps the name as it is when robots are combined, False puts the robot's
+                name before it, "arm/ground"; None for True of a combined world, False of a robot.
 
         Raises:
             InputError, RangeError, ShapeError, NotFiniteError: of the arguments.
@@ -362,8 +372,9 @@ class Robot(RobotReaders):
         if length == 0.0:
             raise RangeError.of("with_ground: normal", normal, "a direction")
         part = self.parts[0]
-        own = text(name, "with_ground: name").removeprefix(part.prefix)
-        if any(ground.name == own for ground in part.changes.grounds):
+        own = text(name, "with_ground: name")
+        taken = [each.name_of(one) for each in self.parts for one in each.changes.grounds]
+        if own in taken:
             raise InputError(f'with_ground: there is a ground "{name}" already; name another')
         height = number(height, "with_ground: height")
         unit = along / length
@@ -373,6 +384,8 @@ class Robot(RobotReaders):
             height -= float(unit @ placed.translation)
             unit = placed.rotation.T @ unit
         x, y, z = unit.tolist()
-        ground = Ground(own, (x, y, z), height)
+        ground = Ground(
+            own, (x, y, z), height, shared=bool(part.prefix) if shared is None else bool(shared)
+        )
         changes = replace(part.changes, grounds=(*part.changes.grounds, ground))
         return _changed(self, pin.Model(self.model), part, changes, None)

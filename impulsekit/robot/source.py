@@ -88,11 +88,14 @@ class Ground:
         name: of its collision geometry.
         normal: out of the ground, world axes.
         height: how far the plane is from the world's origin along the normal [m].
+        shared: whether its name has no prefix, though the part that keeps it has one: the ground
+            of a combined world.
     """
 
     name: str = "ground"
     normal: Triple = (0.0, 0.0, 1.0)
     height: float = 0.0
+    shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,10 @@ class RobotPart:
     geometry: str | None = None
     source: str | None = None
     srdf: str | None = None
+
+    def name_of(self, ground: Ground) -> str:
+        """Return the name of one of the part's grounds in the world."""
+        return ground.name if ground.shared else self.prefix + ground.name
 
     @property
     def label(self) -> str:

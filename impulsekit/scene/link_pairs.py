@@ -114,7 +114,7 @@ def collisions(
     ]
     if not found:
         raise InputError(
-            "collisions: no pair is left: links of one rigid body, links that one joint connects "
+            "collisions: no pair is left: links of one rigid body, links that one joint connects, "
             "pairs that the SRDF disables, and pairs that overlap in the neutral pose do not "
             "collide; robot.with_ground() gives a ground"
         )

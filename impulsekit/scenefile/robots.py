@@ -201,7 +201,10 @@ def _changes_as_table(changes: Changes) -> dict[str, Any]:
         },
         "bodies": [dataclasses.asdict(body) for body in changes.bodies],
         "lock": dict(changes.locks),
-        "grounds": [dataclasses.asdict(ground) for ground in changes.grounds],
+        "grounds": [
+            {key: own for key, own in dataclasses.asdict(ground).items() if own is not False}
+            for ground in changes.grounds
+        ],
     }
     return {key: value for key, value in table.items() if value}
 

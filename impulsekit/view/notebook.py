@@ -102,7 +102,11 @@ def _impact(impact: Any) -> Blocks:
 
 def _trajectory(motion: Any) -> Blocks:
     head = [f"{motion.status.name}: {motion.scene.robot.name}, 0 to {motion.duration:g} s"]
-    head += [str(motion.status.value), f"{len(motion.t)} instants, {len(motion.impacts)} impacts"]
+    many = len(motion.impacts)
+    head += [
+        str(motion.status.value),
+        f"{len(motion.t)} instants, {many} impact{'' if many == 1 else 's'}",
+    ]
     rows: list[list[str]] = []
     for time, impact in motion.impacts:
         struck = [c.name for c in impact.contacts if any(p.impulse.any() for p in c.points)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from . import commands, files, robots, scenes, solving, urdfs
+from . import calls, commands, files, robots, scenes, solving, urdfs
 from .fault import Fault, Told, commit, workshop
 
 _HEAD = """# What users get wrong, and the words they get
@@ -22,6 +22,7 @@ def faults_by_room() -> dict[str, Sequence[Fault]]:
         "Scenes": scenes.FAULTS,
         "Solving, following, batches, checks, pictures, design": solving.FAULTS,
         "Scene files and studies": files.FAULTS,
+        "Calls": calls.FAULTS,
         "The command line": commands.FAULTS,
     }
 

@@ -8,6 +8,8 @@ import pytest
 
 import impulsekit as ik
 from impulsekit import errors
+from impulsekit.scenefile import dump_scene
+from impulsekit.scenefile.read import read_scene
 from tests.reference.models import mass_matrix
 
 
@@ -142,3 +144,18 @@ def test_a_mistake_is_named(mistake, kind, words):
     with pytest.raises(kind) as caught:
         mistake(ik.Robot.from_example("ur5"))
     assert words in str(caught.value)
+
+
+def test_the_ground_of_a_combined_world_is_called_ground():
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    world = ik.combine(a=ball, b=ball, placements={"b": [1, 0, 0], "a": [0, 0, 2]}).with_ground(0.1)
+    scene = ik.Scene(world, contacts=[ik.Collision("b/ball", "ground", restitution=0.5)])
+    q = world.configuration({"b/root_joint": [0, 0, 0.2, 0, 0, 0, 1]})
+    again = read_scene(dump_scene(scene), "text").scene
+    for each in (scene, again):
+        impact = ik.solve(each, q, world.velocity({"b/root_joint": [0, 0, -1, 0, 0, 0]}))
+        assert impact.contacts[0].touching and impact.v_after[8] == pytest.approx(0.5)
+    # A robot that has its own keeps it under its name.
+    both = ik.combine(a=ball.with_ground(), b=ball)
+    names = [item.name for item in both.collision_model.geometryObjects]
+    assert "a/ground" in names and "ground" not in names

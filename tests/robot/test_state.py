@@ -144,7 +144,7 @@ def test_a_robot_stands_on_its_ground(height):
     box = ik.Robot.from_urdf("models/box.urdf", root="freeflyer")
     world = ik.combine(a=box, b=box, placements={"a": pin.SE3(TURN, np.ones(3))})
     world = world.with_ground(height, normal=normal)
-    on_ground = ik.Scene(world, contacts=[ik.Collision("b/box", "a/ground")])
+    on_ground = ik.Scene(world, contacts=[ik.Collision("b/box", "ground")])
     turned = world.configuration({"b/root_joint": ik.pose([1, 2, 3], rpy=[0.3, 0.2, 0.1])})
     below = world.configuration({"b/root_joint": ik.pose([0, 0, -9])})
     for start in (turned, below):
