@@ -70,6 +70,7 @@ from .scenefile import save_scene as save_scene
 from .view import plots as plots
 from .view.replay import replay as replay
 from .view.report import report as report
+from .view.robot_display import display as display
 from .view.touching import touching as touching
 
 __version__: str

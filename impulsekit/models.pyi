@@ -5,3 +5,5 @@ from .robot.examples import rotor_inertias as rotor_inertias
 from .robot.model_checks import planar_root as planar_root
 
 __all__: list[str]
+
+def path(name: str) -> str: ...

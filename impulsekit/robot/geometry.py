@@ -32,6 +32,13 @@ _loaders: WeakValueDictionary[frozenset[Stamp], Any] = WeakValueDictionary()
 _NUMBERS_OF_SHAPES = {"d", "halfLength", "halfSide", "n", "radii", "radius"}
 # How lines of coal's reader begin that give no reason.
 _NO_REASON = ("Could not load resource", "Hint:")
+# The shapes of a URDF; the length of a capsule is without its caps, in coal as well.
+_KINDS = {
+    "box": coal.Box,
+    "cylinder": coal.Cylinder,
+    "sphere": coal.Sphere,
+    "capsule": coal.Capsule,
+}
 # What marks the folder of a package, and how far above a robot file it may be.
 _OF_PACKAGES = ("package.xml", "model.config")
 PACKAGE_DEPTH = 5
@@ -127,8 +134,7 @@ def _urdf_objects(
 def _solid(shape: UrdfShape, loader: Any, source: str) -> Any:
     """A shape as coal has it."""
     if shape.kind != "mesh":
-        kinds = {"box": coal.Box, "cylinder": coal.Cylinder, "sphere": coal.Sphere}
-        return kinds[shape.kind](*shape.sizes)
+        return _KINDS[shape.kind](*shape.sizes)
     try:
         return loader.load(shape.path, np.array(shape.sizes))
     except (RuntimeError, ValueError) as error:

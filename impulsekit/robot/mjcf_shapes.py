@@ -16,8 +16,6 @@ from .arrays import array_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# Flags of MuJoCo: mjDSBL_FILTERPARENT, mjENBL_OVERRIDE.
-_FILTER_PARENT, _OVERRIDE = 1 << 9, 1 << 0
 # The least condim with which a contact resists sliding, spin about the normal, and rolling.
 _SLIDES, _SPINS, _ROLLS = 3, 4, 6
 
@@ -53,10 +51,16 @@ _Found = tuple[int, int, int, np.ndarray]
 def pairs_of(mj: Any, known: set[str]) -> tuple[TouchingPair, ...]:
     """Return the pairs that MuJoCo tests: by contype and conaffinity, <pair> and <exclude>.
 
+    None where the file disables contacts.
+
     Args:
         mj: a ``mujoco.MjModel``.
         known: the names of the geoms that have a shape.
     """
+    import mujoco
+
+    if mj.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT:
+        return ()
     explicit = {_signature(mj, mj.pair_geom1[i], mj.pair_geom2[i]): i for i in range(mj.npair)}
     found = []
     for first, second, condim, numbers in (*_automatic(mj, set(explicit)), *_explicit(mj)):
@@ -75,11 +79,14 @@ def _signature(mj: Any, first: int, second: int) -> tuple[int, int]:
 
 
 def _automatic(mj: Any, taken: set[tuple[int, int]]) -> Iterator[_Found]:
+    import mujoco
+
     weld = mj.body_weldid[mj.geom_bodyid]
     parent = mj.body_weldid[mj.body_parentid[weld]]
     excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in mj.exclude_signature}
     excluded |= {(b, a) for a, b in excluded}
-    with_parents = bool(mj.opt.disableflags & _FILTER_PARENT)
+    # The bits of flags differ between versions of MuJoCo.
+    with_parents = bool(mj.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     for i in range(mj.ngeom):
         touches = (mj.geom_contype[i] & mj.geom_conaffinity[i + 1 :]) | (
             mj.geom_contype[i + 1 :] & mj.geom_conaffinity[i]
@@ -115,7 +122,9 @@ def _pair(
     mj: Any, names: tuple[str, ...], condim: int, numbers: np.ndarray, *, fixed: bool
 ) -> TouchingPair:
     """A pair with the coefficients that its condim has; a global override replaces them."""
-    if int(mj.opt.enableflags) & _OVERRIDE:
+    import mujoco
+
+    if mj.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         numbers = mj.opt.o_friction
     slide, across, spin, roll, over = map(float, numbers)
     slides, spins, rolls = condim >= _SLIDES, condim >= _SPINS, condim >= _ROLLS

@@ -15,7 +15,12 @@ from .robot_xml import Place
 from .urdf import UrdfText
 
 # What of each shape of a URDF is a size [m].
-_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+_SIZES = {
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "sphere": ("radius",),
+    "capsule": ("radius", "length"),
+}
 
 
 @dataclass(frozen=True)
@@ -25,7 +30,7 @@ class UrdfShape:
     Attributes:
         link: that it is on.
         placement: in the link.
-        kind: "box", "cylinder", "sphere" or "mesh".
+        kind: "box", "cylinder", "sphere", "capsule" or "mesh".
         sizes: of the shape, or the three scales of a mesh.
         path: of a mesh; "" for other kinds.
         rgba: its colour; None where it has none.

@@ -374,3 +374,27 @@ def test_limits_come_along_and_an_unlimited_hinge_has_none():
     model = ik.Robot.from_mjcf(text).model
     np.testing.assert_allclose(model.lowerPositionLimit, [np.deg2rad(-20), -np.inf])
     np.testing.assert_allclose(model.upperPositionLimit, [np.deg2rad(30), np.inf])
+
+
+@pytest.mark.parametrize(
+    ("flag", "meets"),
+    [("", False), ("<flag filterparent='disable'/>", True), ("<flag warmstart='disable'/>", False)],
+)
+def test_a_parent_meets_its_child_where_the_file_says_so(flag, meets):
+    """As MuJoCo's own list of contacts has it; a number for the flag held for other versions."""
+    child = "<body name='b'><joint/><geom name='h' size='.1'/></body>"
+    text = mjcf(
+        f"<body name='a'><freejoint/><geom name='g' size='.1'/>{child}</body>",
+        f"<option>{flag}</option>",
+    )
+    data = mujoco.MjData(model := mujoco.MjModel.from_xml_string(text))
+    mujoco.mj_forward(model, data)
+    assert bool(data.ncon) == bool(quiet(text).touching_pairs) == meets
+
+
+def test_a_file_that_disables_contacts_has_none():
+    text = mjcf(
+        FLOOR + "<body pos='0 0 1'><freejoint/><geom size='.1'/></body>",
+        "<option><flag contact='disable'/></option>",
+    )
+    assert quiet(text).touching_pairs == () and not ik.Scene.of_robot(quiet(text)).contacts

@@ -291,3 +291,21 @@ def test_of_what_stands_there_twice_the_first_counts_and_that_is_told():
     assert 'of several <inertial> the first counts ("arm")' in assumed
     assert 'of several <limit> the first counts ("hinge")' in assumed
     assert same_dynamics(robot, ik.Robot.from_urdf(CLEAN))
+
+
+def test_a_capsule_lies_along_z_between_its_caps():
+    capsule = "<{}><geometry><capsule radius='0.1' length='0.4'/></geometry></{}>"
+    shapes = "".join(capsule.format(tag, tag) for tag in ("visual", "collision"))
+    robot, assumed = read_with_warning(CLEAN.replace("<inertial>", shapes + "<inertial>", 1))
+    assert "<capsule> lies along z" in assumed and assumed.count("capsule") == 1
+    for model in (robot.collision_model, robot.visual_model):
+        (piece,) = [item.geometry for item in model.geometryObjects]
+        assert (piece.radius, piece.halfLength) == (0.1, 0.2)
+    pair = ik.Collision("base", "ground")
+    free = ik.Robot.from_urdf(
+        CLEAN.replace("<inertial>", shapes + "<inertial>", 1), root="freeflyer"
+    ).with_ground()
+    q = free.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    assert abs(ik.touching(ik.Scene(free, contacts=[pair]), q).contacts[0].gap - 0.7) < 1e-12
+    sides = ik.check(ik.solve(ik.Scene(free, [ik.AppliedImpulse("arm", [0, 0, 1])]), q, [0.0] * 7))
+    assert sides.agrees

@@ -19,6 +19,8 @@ BEFORE = "#8a96a1"
 AFTER = "#1a6bbf"
 IMPULSE = "#c8412b"
 # Colours for things without an order of their own.
+# Of x, y and z, as everywhere: red, green, blue.
+AXES = ("#c8412b", "#2a9457", "#1a6bbf")
 CYCLE = ("#1a6bbf", "#c8412b", "#2a9457", "#8a56a8", "#d9821a", "#4d8f9c", "#7a6a58")
 
 

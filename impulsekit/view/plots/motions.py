@@ -14,7 +14,18 @@ from ...errors.calls import public
 from ...motion.record.energies import energies_of, momenta_of
 from ...tolerances import NONZERO
 from ..motions import Shown, shown_motion
-from .canvas import CYCLE, IMPULSE, axes_or_new, ink, new_figure, on_sheet, plain, save_figure, tidy
+from .canvas import (
+    AXES,
+    CYCLE,
+    IMPULSE,
+    axes_or_new,
+    ink,
+    new_figure,
+    on_sheet,
+    plain,
+    save_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,7 +110,7 @@ def momentum_history(motion: Any, ax: Axes | None = None, *, part: str = "linear
     momentum = momenta_of(motion, states)
     for i, axis in enumerate("xyz"):
         column = getattr(momentum, part)[:, i]
-        ax.plot(times, column, color=CYCLE[i], linewidth=1.4, label=axis)
+        ax.plot(times, column, color=AXES[i], linewidth=1.4, label=axis)
     ax.set_ylabel(f"{part} momentum [{units[part]}]")
     ax.set_title(f"{part.capitalize()} momentum, world axes", loc="left")
     _no_closer_than(ax, float(np.abs([momentum.linear, getattr(momentum, part)]).max()))
