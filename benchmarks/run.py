@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from impulsekit import __version__
-from impulsekit.display import plain
 from impulsekit.errors import InputError
+from impulsekit.formatting import plain
 
 from .methods.method import Answer, Method
 from .problems.problem import Problem

@@ -10,7 +10,7 @@ import typing as _typing
 
 import lazy_loader as _lazy
 
-from .display import show_with as _show_with
+from .formatting import show_with as _show_with
 
 __version__ = "0.1.0"
 

@@ -14,7 +14,6 @@ from .batch.solve import solve_batch as solve_batch
 from .checking import check as check
 from .compliance import Hertz as Hertz
 from .compliance import HuntCrossley as HuntCrossley
-from .compliance import MeasuredCurve as MeasuredCurve
 from .compliance import force_history as force_history
 from .compliance import transient_contact as transient_contact
 from .impact import Impact as Impact

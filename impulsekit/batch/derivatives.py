@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, one_line
 from ..errors import UnknownNameError, check_kind
 from ..errors.calls import public
+from ..formatting import Displayed, one_line
 from ..impact.derivatives.refusals import refuse_what_has_none
 from ..impact.derivatives.result import Layout
 from ..impact.derivatives.status import DerivativeStatus

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._core import Model
-from ..display import one_line
 from ..errors import (
     InputError,
     NotFiniteError,
@@ -20,6 +19,7 @@ from ..errors import (
     quoted,
 )
 from ..errors.calls import public
+from ..formatting import one_line
 from ..impact.flat.model import ANGLE, BALL, CIRCLE, FREE, PLANAR, SLIDE, flat_model_of
 from ..robot import Robot
 from ..robot.arrays import floats, lock

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, one_line
 from ..errors import InputError
 from ..errors.calls import public
+from ..formatting import Displayed, one_line
 from ..impact.status import Status
 from ..rows.entries import rows_of_entry
 from ..scene import Scene

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, one_line
 from ..errors import UnknownNameError
 from ..errors.calls import public
+from ..formatting import Displayed, one_line
 from ..reference import KaneImpact, Load, Rows
 from ..reference.kinematics import Kinematics
 from ..robot.arrays import lock
@@ -101,7 +101,7 @@ class Check(Displayed):
 
     def lines(self) -> list[str]:
         """Return the lines of the report; those of the table know its cells."""
-        from ..display import table
+        from ..formatting import table
 
         lines = [
             f"Check against Kane's equations ({self.numbers}), furthest entry of each quantity"

@@ -87,8 +87,8 @@ def write_json(data: Any, target: str | None) -> bool:
     Raises:
         FileError: the file cannot be written.
     """
-    from ..display import plain
     from ..files import write_file
+    from ..formatting import plain
 
     if target is None:
         return True

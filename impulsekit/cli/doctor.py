@@ -54,7 +54,7 @@ class Requirement:
 @click.pass_context
 def doctor(ctx: click.Context) -> None:
     """Show versions, where pinocchio was loaded from, and what is missing."""
-    from ..display import table
+    from ..formatting import table
 
     needed = requirements()
     rows = [

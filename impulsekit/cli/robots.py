@@ -34,8 +34,8 @@ def robots(pattern: str, long: bool) -> None:
     if not long:
         click.echo("\n".join(names))
         return
-    from ..display import table
     from ..errors import ImpulsekitError
+    from ..formatting import table
     from ..robot import Robot
 
     folder = data_folder() / "robots"
@@ -80,7 +80,7 @@ def inspect(path: str, root: str | None) -> None:
 
 
 def _described(robot: Robot) -> Iterator[str]:
-    from ..display import table
+    from ..formatting import table
 
     sizes = f"{len(robot.links)} links, {robot.nv} degrees of freedom"
     yield f"{robot.name}: {sizes}, {robot.mass:.6g} kg in motion"

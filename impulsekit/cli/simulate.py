@@ -155,7 +155,7 @@ def simulate(
 
 def _lines(motion: Trajectory) -> list[str]:
     """The motion in a few lines and two tables."""
-    from ..display import table
+    from ..formatting import table
 
     energy = motion.energy()
     names = motion.scene.entry_names("contacts")

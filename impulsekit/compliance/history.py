@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed
 from ..errors import InputError, RangeError, UnknownNameError, a_thing, check_kind
 from ..errors.calls import public
+from ..formatting import Displayed
 from ..impact import Impact
 from ..impact.joint_loads import JointLoad
 from ..named import ByName

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, OneLine
 from ..errors import InputError, RangeError, check_kind, quoted
 from ..errors.calls import public
+from ..formatting import Displayed, OneLine
 from ..impact import Impact
 from ..robot.arrays import lock
 from ..scene import Scene

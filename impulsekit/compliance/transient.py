@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..design.response import impact_ellipsoid, unit_vector
-from ..display import Displayed
 from ..errors import InputError, RangeError, UnknownNameError, a_thing
 from ..errors.calls import public
+from ..formatting import Displayed
 from ..impact.mechanics import Mechanics
 from ..robot import Robot, state
 from ..scene import Scene

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..display import OneLine
 from ..errors import InputError, quoted
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot import Robot
 from ..robot.arrays import lock
 from ..scene import Scene

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..display import Displayed, one_line
 from ..errors import RangeError, UnknownNameError
 from ..errors.calls import public
+from ..formatting import Displayed, one_line
 from ..tolerances import NONZERO
 from .parameters import Parameter
 

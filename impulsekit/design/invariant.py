@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
 from ..errors import InputError, ShapeError, check_kind
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..impact import ImpactSolver
 from ..robot import state
 from ..robot.arrays import array_of, lock

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
 from ..errors import InputError, NotFiniteError, ShapeError
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..scene import AppliedImpulse, Scene

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..display import OneLine
 from ..errors import InputError, RangeError, ShapeError, UnknownNameError, quoted, shown
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot.arrays import floats
 from ..robot.robot import with_masses
 from ..scene import JointStop, RestitutionTable, Rope, Scene

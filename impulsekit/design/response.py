@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..impact import ImpactSolver
 from ..impact.mechanics import Mechanics
 from ..impact.singular import refuse_massless

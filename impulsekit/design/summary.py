@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import plain
 from ..errors import InputError, MissingExtraError, check_kind, quoted
 from ..errors.calls import public
+from ..formatting import plain
 from ..robot import Robot
 from ..scene import Scene
 from ..scene.points import DesignPoint

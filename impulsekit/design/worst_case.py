@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..batch.solve import solve_batch
-from ..display import OneLine
 from ..errors import InputError, RangeError, SetupWarning, check_kind
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot import state
 from ..scene import Scene
 from ..scene.numbers import number

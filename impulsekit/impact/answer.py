@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed
+from ..formatting import Displayed
 from ..named import ByName, Named
 from ..robot.arrays import read_only
 from ..scene import Scene

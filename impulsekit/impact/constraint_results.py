@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
+from ..formatting import OneLine
 from ..robot.arrays import lock
 from ..robot.placing import Posture
 from ..scene import Scene

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, OneLine
+from ..formatting import Displayed, OneLine
 from ..robot.arrays import lock, read_only
 from ..robot.placing import Posture
 from ..scene import JointStop, Scene

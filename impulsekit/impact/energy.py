@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed
 from ..errors import RangeError
+from ..formatting import Displayed
 from ..named import ByName
 from ..scene import AppliedImpulse
 from ..tolerances import NONZERO

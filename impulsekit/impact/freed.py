@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..display import OneLine
 from ..errors import InputError
+from ..formatting import OneLine
 from ..robot.arrays import lock
 from ..robot.masses import symmetric
 from ..scene.numbers import vector

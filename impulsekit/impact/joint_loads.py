@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..display import Displayed, one_line
 from ..errors import InputError
+from ..formatting import Displayed, one_line
 from ..robot.arrays import lock
 from ..robot.placing import Posture
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..display import Displayed
+from ..formatting import Displayed
 
 if TYPE_CHECKING:
     from .answer import Answer

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import one_line
 from ..errors.calls import public
+from ..formatting import one_line
 from ..named import ByName
 from ..robot.arrays import read_only
 from ..scene.numbers import not_negative

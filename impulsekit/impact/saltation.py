@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
 from ..errors import InputError, RangeError, ShapeError
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot.arrays import array_of, floats, lock
 from ..scene.functions import call
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..display import one_line
 from ..errors import InputError, check_kind, warn_of_setup
 from ..errors.calls import public
+from ..formatting import one_line
 from ..robot import state
 from ..robot.arrays import FLOAT, real_numbers
 from ..scene import Scene

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import OneLine
+from ..formatting import OneLine
 from ..robot.arrays import lock
 from .contact_law import NO_SLIP
 

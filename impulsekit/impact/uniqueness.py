@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed
+from ..formatting import Displayed
 from ..scene.coefficients import restitution_at
 
 if TYPE_CHECKING:

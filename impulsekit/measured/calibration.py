@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..display import OneLine
 from ..errors import InputError, RangeError, a_thing
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot.robot import with_masses
 from ..scene import Scene
 from .flight import Flight

@@ -12,9 +12,9 @@ from ..design.fit import fit_impacts
 from ..design.fit_result import Fit
 from ..design.parameters import Measurement, scene_of
 from ..design.solved import SolvedImpacts
-from ..display import Displayed, one_line, table
 from ..errors import ImpulsekitError, InputError
 from ..errors.calls import public
+from ..formatting import Displayed, one_line, table
 from ..impact.flat.model import flat_model_of
 from ..robot.arrays import lock
 from ..scene import JointLock, Law, RestitutionTable, Scene

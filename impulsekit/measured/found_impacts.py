@@ -11,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..design.fit import Measurement
-from ..display import OneLine, one_line
 from ..errors.calls import public
+from ..formatting import OneLine, one_line
 from ..impact.flat.scene import flat_scene
 from ..rows.bodies import bodies_of
 from ..scene import Collision, GapContact, JointStop, Rope, Scene

@@ -11,9 +11,9 @@ import numpy as np
 
 from ..design.fit import Fit, fit_impacts
 from ..design.parameters import changed_scene
-from ..display import OneLine, plain
 from ..errors import InputError, check_kind
 from ..errors.calls import public
+from ..formatting import OneLine, plain
 from ..scene import Scene
 from .calibration import Calibration, calibrate
 from .comparison import LawComparison, compare_laws

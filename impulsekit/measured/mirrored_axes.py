@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 
 from ..design.parameters import Measurement, scene_of
-from ..display import OneLine
 from ..errors import InputError
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..tolerances import NONZERO
 from .active_contacts import ClosingContacts
 

@@ -13,9 +13,9 @@ from ..design.parameters import (
     force_parameters_of,
     parameters_of,
 )
-from ..display import OneLine, one_line
 from ..errors import InputError, RangeError, UnknownNameError
 from ..errors.calls import public
+from ..formatting import OneLine, one_line
 from ..scene import Scene
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number, whole

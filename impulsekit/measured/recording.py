@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..design.parameters import checked_sigma
-from ..display import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..robot.state import QUATERNION_TOLERANCE, checked_configuration

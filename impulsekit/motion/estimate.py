@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..display import OneLine
 from ..errors import InputError
+from ..formatting import OneLine
 from ..robot.arrays import lock
 from ..scene.motion import LEAST_RTOL, MotionSettings
 from .simulate import simulate

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 
 from .._core import ForcesOfMotion
-from ..display import Displayed, one_line
 from ..errors import InputError, RangeError, ShapeError, SolveError, a_thing, check_kind
 from ..errors.calls import public
+from ..formatting import Displayed, one_line
 from ..impact import Impact
 from ..robot.arrays import array_of, read_only
 from ..scene import Scene

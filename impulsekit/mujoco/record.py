@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ..display import Displayed
+from ..formatting import Displayed
 from ..impact.status import BY_CODE, Status
 from ..robot.arrays import read_only
 from .listing import LIMIT_JOINT

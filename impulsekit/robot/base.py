@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pinocchio as pin
 
-from ..display import Displayed, one_line
 from ..errors import InputError, UnknownNameError
+from ..formatting import Displayed, one_line
 from .source import RobotPart
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Annotated, Any, ClassVar
 
-from ..display import Displayed
 from ..errors import InputError, ShapeError
+from ..formatting import Displayed
 from ..robot import Robot
 from ..robot.base import WORLD
 from .numbers import Check, keep, optional, text

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 import numpy as np
 
-from ..display import Displayed, one_line
 from ..errors import InputError, a_thing
 from ..errors.calls import public
+from ..formatting import Displayed, one_line
 from ..named import Named
 from ..robot import Robot
 from .law import Law

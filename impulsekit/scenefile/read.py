@@ -12,10 +12,10 @@ from typing import Annotated, Any
 import numpy as np
 import pydantic
 
-from ..display import OneLine
 from ..errors import ImpulsekitError, SceneFileError, quoted, warn_of_setup
 from ..errors.calls import public
 from ..files import path_of, read_text_file, reason_of
+from ..formatting import OneLine
 from ..robot import Robot
 from ..robot import state as states
 from ..robot.arrays import lock

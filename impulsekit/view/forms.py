@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Table, TableLine
+from ..formatting import Table, TableLine
 from ..robot import Robot
 from ..robot.placing import Posture
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..display import Table, table
+from ..formatting import Table, table
 from .forms import pieces_of
 
 Blocks = Sequence[Sequence[str]]

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display import Displayed, one_line
 from ..errors import RangeError, warn_user
 from ..errors.calls import public
 from ..files import ENDINGS, checked_output, write_file
+from ..formatting import Displayed, one_line
 from ..scene.points import report_points
 from .film import checked_films, draw_films
 from .motions import Shown, shown_motion

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..display import ROUNDING, decimals, paper_decimals, table
 from ..errors import RangeError, check_kind, quoted
 from ..errors.calls import public
+from ..formatting import ROUNDING, decimals, paper_decimals, table
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
 from .forms import FORMS, IMPULSE_UNITS, speeds_of, turns_of

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..display import Displayed, decimals, table
 from ..errors import check_kind
 from ..errors.calls import public
+from ..formatting import Displayed, decimals, table
 from ..impact.gaps import (
     AnchorOpening,
     ContactGap,

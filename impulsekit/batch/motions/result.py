@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...display import Displayed, OneLine, one_line
 from ...errors import MissingExtraError, RangeError
 from ...errors.calls import public
+from ...formatting import Displayed, OneLine, one_line
 from ...motion.record.status import MotionStatus
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...display import OneLine
 from ...errors import InputError, RangeError, UnknownNameError
 from ...errors.calls import public
+from ...formatting import OneLine
 from ...scene import AppliedImpulse, Scene
 from ...scene.motion import MotionSettings
 from ...scene.numbers import keep, number, optional, text, whole

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 import numpy as np
 
 from ..._core import parameter_places, pull_back
-from ...display import Displayed
 from ...errors import UnknownNameError
+from ...formatting import Displayed
 from ...robot.arrays import read_only
 from ...scene import AppliedImpulse, Contact, JointStop
 from .status import DerivativeStatus

@@ -17,9 +17,9 @@ import numpy as np
 import pinocchio as pin
 
 from ..._core import ForcesOfMotion
-from ...display import OneLine
 from ...errors import ImpulsekitError, InputError, RangeError, SolveError, check_kind, quoted
 from ...errors.calls import public
+from ...formatting import OneLine
 from ...robot import state
 from ...robot.arrays import lock
 from ...scene import Scene

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ...display import OneLine
 from ...errors import InputError, check_kind
 from ...errors.calls import public
+from ...formatting import OneLine
 from ...impact.saltation import Saltation, saltation
 from ...impact.solver import ImpactSolver
 from ...robot.arrays import array_of, floats

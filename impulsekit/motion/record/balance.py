@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...display import OneLine
+from ...formatting import OneLine
 from ...impact.forces import body_impulses
 from ...named import ByName
 from ...robot.arrays import lock

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import pinocchio as pin
 
-from ...display import OneLine
 from ...errors import InputError, RangeError, a_thing
+from ...formatting import OneLine
 from ...robot.arrays import lock
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ...display import OneLine
+from ...formatting import OneLine
 from ...robot.arrays import read_only
 from ...robot.masses import crba_of, symmetric
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ...display import Displayed
 from ...errors import InputError, RangeError, ShapeError, shown
+from ...formatting import Displayed
 from ...impact import Impact
 from ...robot.arrays import read_only
 from ...scene import Scene

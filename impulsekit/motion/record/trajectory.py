@@ -7,8 +7,8 @@ import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ...display import one_line
 from ...errors.calls import public
+from ...formatting import one_line
 from ...impact import Impact
 from ...named import ByName
 from ...scene import Scene

@@ -232,7 +232,7 @@ def _largest(vectors: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 # Metres in a unit of length.
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
-AXES = {"x": 0, "y": 1, "z": 2}
+INDEX_OF_AXIS = {"x": 0, "y": 1, "z": 2}
 # A motion is looked at in so many poses to choose its plane.
 LOOKS = 40
 # What moves less than this share of the picture's width counts as still for that.
@@ -285,7 +285,7 @@ def stroboscope(
         'x [ft]'
     """
     if plane is not None and (
-        len(plane) != 2 or not set(plane) <= set(AXES) or plane[0] == plane[1]
+        len(plane) != 2 or not set(plane) <= set(INDEX_OF_AXIS) or plane[0] == plane[1]
     ):
         raise RangeError.of("stroboscope: plane", repr(plane), 'two of x, y, z such as "xz"')
     if unit not in UNITS:
@@ -298,7 +298,7 @@ def stroboscope(
         plane = _plane_of(shown)
     ax = axes_or_new(ax, 5.0)
     color = ink() if color is None else color
-    pick = [AXES[axis] for axis in plane]
+    pick = [INDEX_OF_AXIS[axis] for axis in plane]
     marks: list[tuple[float, float, str]] = []
     for number, time in enumerate(times):
         strokes = skeleton(shown.robot, shown.at(np.array([float(time)]))[0])
