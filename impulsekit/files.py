@@ -184,7 +184,7 @@ def _refuse_special(mode: int) -> None:
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Prove that a file can be written, as far as that is known without writing it.
+    """Check that a file can be written, as far as that is known without writing it.
 
     Raises:
         FileError: it is a folder, a pipe or a device, its folder does not exist, or writing is

@@ -77,7 +77,7 @@ def computed(lazy: dict[str, Any], client: Any) -> dict[str, np.ndarray]:
 
 
 def check_client(client: Any) -> None:
-    """Prove that something is a client of dask.
+    """Check that something is a client of dask.
 
     Raises:
         InputError.

@@ -252,7 +252,7 @@ def read_reference(robot: Robot, numbers: Arithmetic) -> ReferenceRobot:
 
 
 def _same_order(robot: Robot, reference: ReferenceRobot) -> None:
-    """Prove that both programs number the degrees of freedom alike."""
+    """Check that both programs number the degrees of freedom alike."""
     tree = reference.system
     named = (
         _FIRST_OF_SEVERAL.sub("", body.joint.name.removeprefix(reference.prefix))

@@ -56,7 +56,7 @@ json_option = click.option(
 
 
 def check_outputs(*files: str | None, picture: str | None = None, **by_kind: str | None) -> None:
-    """Prove that files can be written; None and "-" stand for no file.
+    """Check that files can be written; None and "-" stand for no file.
 
     Args:
         files: of any ending. picture: of matplotlib.

@@ -173,7 +173,7 @@ def _as_dict(file: str, found: Fit, count: int, level: float) -> dict[str, Any]:
 def _as_text(found: Fit, count: int, level: float) -> str:
     share = f"{100.0 * level:g} %"
     lines = [
-        f"{count} impact{'s' if count > 1 else ''}, {found.freedom} numbers more than unknowns",
+        f"{count} impact{'s' if count > 1 else ''}, {found.freedom} degrees of freedom",
         "",
     ]
     width = max(9, *map(len, found.names))
@@ -199,7 +199,12 @@ def _as_text(found: Fit, count: int, level: float) -> str:
 @click.argument("scene", type=click.Path())
 @click.option("--restitution", multiple=True, metavar="CONTACT", help='Such as "corner_*".')
 @click.option("--friction", multiple=True, metavar="CONTACT", help="Likewise.")
-@click.option("--held-out", default=0.25, show_default=True, help="Share left out of the fit.")
+@click.option(
+    "--held-out",
+    default=0.25,
+    show_default=True,
+    help="Fraction of the recordings held out of the fit.",
+)
 @click.option("--calibrate/--no-calibrate", default=True, help="Calibrate the recordings first.")
 @click.option("--motions/--no-motions", default=True, help="Fit whole motions, too.")
 @click.option("--compare", is_flag=True, help="Compare laws on the single impacts, held out.")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     type=click.Choice(["text", "markdown", "json"]),
     default="text",
     show_default=True,
-    help="How the report is written.",
+    help="Report format.",
 )
 @click.option("--plot", type=click.Path(), help="Draw the results on one sheet (PNG, SVG, PDF).")
 @click.option("--html", type=click.Path(), help="Write an interactive replay, one page.")

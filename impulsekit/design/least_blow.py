@@ -124,7 +124,7 @@ def least_blow(
 
 
 def _refuse_immobile(response: Response, jacobian: np.ndarray, frame: str, at: Any) -> None:
-    """Prove that some blow moves a point, by the scale of the robot that nothing holds."""
+    """Check that some blow moves a point, by the scale of the robot that nothing holds."""
     held, loose = response.point_mobility(jacobian)
     if not np.trace(held) > IMMOBILE * np.trace(loose):
         place = ", ".join(f"{float(x):g}" for x in at)

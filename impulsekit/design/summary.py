@@ -201,7 +201,7 @@ def design_as_text(report: list[dict[str, Any]]) -> str:
             for axis in item["axes"]
         ]
         if "joint" in item:
-            lines += ["", f"  {item['joint']} carries of a unit blow here:"]
+            lines += ["", f"  {item['joint']} carries, per unit impulse at this point:"]
             for key, words, unit in (
                 ("worst_force", "impulse at most ", ""),
                 ("kindest_force", "impulse at least", ""),
@@ -215,7 +215,7 @@ def design_as_text(report: list[dict[str, Any]]) -> str:
         if "spared" in item:
             own = item["spared"]
             lines.append(
-                f"    spared best at {_vector(own['at'])} m in the frame, "
+                f"    least load by a blow at {_vector(own['at'])} m in the frame, "
                 f"{own['along']:.6f} of the line, along {_vector(own['direction'])}: "
                 f"{own['share']:.6f}"
             )

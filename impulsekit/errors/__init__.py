@@ -98,7 +98,7 @@ class InputError(ImpulsekitError, ValueError):
 
 
 def check_kind(value: object, kind: type, what: str) -> None:
-    """Prove that a function, ``what`` in words, was given what it takes.
+    """Check that a function, ``what`` in words, was given what it takes.
 
     Raises:
         InputError: it was not.

@@ -80,7 +80,7 @@ def _wrong_call(
         signature.bind(*args, **named)
         return None
     except TypeError as unbound:
-        reason = str(unbound)
+        reason = _in_words(str(unbound))
     where = function.__name__
     if where == "__init__" and args:
         where = type(args[0]).__name__
@@ -96,6 +96,16 @@ def _wrong_call(
             return UnknownNameError.among("argument", name, known, where, hint)
     takes = ", ".join(known) if known else "no arguments"
     return InputError(f"{where}: {shown(reason, 200)}; it takes {takes}")
+
+
+def _in_words(reason: str) -> str:
+    """What ``inspect`` says of arguments that do not fit, for somebody who only calls."""
+    name = reason.rpartition("'")[0].rpartition("'")[2]
+    if "missing" in reason:
+        return f'argument "{name}" is missing'
+    if "multiple values" in reason:
+        return f'argument "{name}" is given twice'
+    return "too many arguments" if "too many" in reason else reason
 
 
 def _names(signature: inspect.Signature) -> list[str]:

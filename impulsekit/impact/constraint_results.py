@@ -30,7 +30,7 @@ class ConstraintResult(OneLine):
         rows: the names of its rows, such as "x" or "rz".
         impulse: (rows,) the impulse that the first frame, or the joint, receives
             [N s, N m s].
-        unique: False where rows are redundant and only the resultant counts.
+        unique: False where rows are redundant and only the resultant is determined.
         unique_rows: (rows,) which of its rows are determined all the same.
         velocity_before, velocity_after: (rows,) of the first frame relative to the
             other, or of the joint [m/s, rad/s].

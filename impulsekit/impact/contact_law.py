@@ -267,12 +267,12 @@ RULE = (
     "let go; a contact that does not approach gets no impulse unless others press it"
 )
 RULE_OF_SHARES = (
-    "the load that equally stiff springs under the contacts would take (each gives way by its own "
-    "mobility times its load), as far as none pulls"
+    "as between equally stiff springs under the contacts (each yields by its own mobility times "
+    "its load), as far as none pulls"
 )
 SHARED = "redundant contacts share their load by rule"
 REASONS = (
-    (PROVEN, "nothing rubs: the problem is convex"),
+    (PROVEN, "no friction: the problem is convex"),
     (PROVEN, "friction feeds back weakly on the normal impulses"),
     (PROVEN, "all modes were tried: any other v⁺ that obeys the law gains energy"),
     (NOT_PROVEN, "Newton's method was started from all modes; no other v⁺ was found"),

@@ -107,12 +107,13 @@ def _of_contacts(
 ) -> Iterator[str]:
     for entry, item in zip(close, gaps, strict=True):
         if item.left_out and scene.gap_bound < np.inf:
-            more = "1 more point is" if item.left_out == 1 else f"{item.left_out} more points are"
-            if not item.touching:
-                more = more.replace(" more", "")
+            more = "more " if item.touching else ""
+            lie = "point lies" if item.left_out == 1 else "points lie"
+            # Rounded up, so that they are included by what is said.
+            within = float(f"{item.reach * 1.05:.1e}")
             yield (
-                f"{item.name}: {more} close by and left out, beyond the margin of the Collision; "
-                "a larger one lets them touch"
+                f"{item.name}: {item.left_out} {more}{lie} within {1e3 * within:.2g} mm, outside "
+                f"margin {1e3 * item.margin:.2g} mm; margin={within:.2g} includes them"
             )
         if not item.touching or abs(item.gap) <= scene.gap_bound:
             continue
@@ -124,7 +125,9 @@ def _of_contacts(
             elif _is_floor(scene, entry):
                 yield f"{item.name}: {ends} under its floor"
             else:
-                yield f'{item.name}: {ends} inside the plane of "{entry.against}"'
+                fixed = scene.robot.model.frames[scene.robot.frame_id(entry.frame)].parentJoint == 0
+                swapped = " (are frame and against swapped?)" if fixed else ""
+                yield f'{item.name}: {ends} inside the plane of "{entry.against}"{swapped}'
         elif isinstance(entry, Collision):
             yield f'{item.name}: "{entry.first}" and "{entry.other}" overlap by {size}'
         elif isinstance(entry, Rope):

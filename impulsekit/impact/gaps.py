@@ -53,6 +53,8 @@ class ContactGap:
         angular: whether it is an angle.
         left_out: how many more points of two bodies are close by: further apart than the margin,
             by no more than 1e-3 of the smaller body's size.
+        reach: the gap of the furthest of these [m].
+        margin: of two bodies [m].
     """
 
     name: str
@@ -61,6 +63,8 @@ class ContactGap:
     touching: bool
     angular: bool = False
     left_out: int = 0
+    reach: float = 0.0
+    margin: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -298,7 +302,9 @@ def _between_bodies(posture: Posture[Robot], pairs: _Pairs, index: int, name: st
         )
         for at, normal in points
     )
-    return ContactGap(name, gap, speed, gap <= bodies.margin, left_out=left_out)
+    reach = max((point.gap for point in close), default=0.0)
+    touches = gap <= bodies.margin
+    return ContactGap(name, gap, speed, touches, False, left_out, reach, bodies.margin)
 
 
 def _opening(posture: Posture[Robot], entry: Any) -> float:

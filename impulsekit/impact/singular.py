@@ -49,7 +49,7 @@ def _has_uneven_masses(model: pin.Model) -> bool:
 
 
 def check_pivots(model: pin.Model, data: pin.Data) -> None:
-    """Prove that the Cholesky factor in ``data`` has no pivot at rounding level.
+    """Check that the Cholesky factor in ``data`` has no pivot at rounding level.
 
     Raises:
         SingularMassError: it names the joints of the pivots that have vanished.
@@ -126,7 +126,7 @@ def singular_joints(model: pin.Model, masses: np.ndarray, rows: np.ndarray | Non
 
 
 def refuse_massless(robot: Robot, joints: Container[str]) -> None:
-    """Prove that no motion of these joints is without mass at every configuration.
+    """Check that no motion of these joints is without mass at every configuration.
 
     Raises:
         SingularMassError: the first that is, with its link.

@@ -116,7 +116,7 @@ def usual_candidates(measurements: Sequence[Measurement]) -> list[LawCandidate]:
             law = Law("poisson", "path")
             found.append(LawCandidate("Poisson, along the path, e by speed", law, speeds=speeds))
     if len({m.group for m in measurements}) > 1:
-        found.append(LawCandidate("Newton, e by what meets", Law(), by_group=True))
+        found.append(LawCandidate("Newton, e by contact type", Law(), by_group=True))
     return found
 
 

@@ -85,7 +85,7 @@ def _report(found: Identification, level: float) -> str:
     lines += [
         "Impacts",
         f"{_count(len(impacts), 'impact')} with flight on both sides, "
-        f"{len(impacts.balanced())} of them balance momentum at known contacts",
+        f"{len(impacts.balanced())} of them consistent with the momentum balance at known contacts",
         f"{_count(len(impacts.phases), 'phase')} without flight, "
         f"{_count(len(impacts.outliers), 'sample')} off the others",
         *(f"note: {note}" for note in impacts.notes),

@@ -94,7 +94,7 @@ def begin(
 
 
 def _refuse_singular(scene: Scene, q: np.ndarray) -> None:
-    """Prove that the mass matrix is regular: rounding would say how bodies fall."""
+    """Check that the mass matrix is regular: rounding would say how bodies fall."""
     robot = scene.robot
     refuse_massless(robot, robot.joint_names)
     if robot.nv == 0 or robot.is_always_regular or robot.model.mimicking_joints:

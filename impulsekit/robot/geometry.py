@@ -146,7 +146,7 @@ def _solid(shape: UrdfShape, loader: Any, source: str) -> Any:
 
 
 def _check_finite(item: pin.GeometryObject, source: str) -> None:
-    """Prove that a mesh has no NaN and no infinity in its corners."""
+    """Check that a mesh has no NaN and no infinity in its corners."""
     corners = _corners(item)
     if corners is not None and not np.isfinite(corners).all():
         raise Place(source).fault(
@@ -206,7 +206,7 @@ def shape_content(item: pin.GeometryObject) -> Iterator[bytes]:
 
 
 def _check_solid(item: pin.GeometryObject, where: str) -> None:
-    """Prove that a mesh encloses a volume: coal's convex hull of a flat one ends the process."""
+    """Check that a mesh encloses a volume: coal's convex hull of a flat one ends the process."""
     corners = _corners(item)
     if corners is None:
         return

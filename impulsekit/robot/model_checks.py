@@ -22,7 +22,7 @@ ALWAYS_FITS = 100
 
 
 def check_capacity(model: pin.Model, copies: int = COPIES) -> None:
-    """Prove that data can be made for a model, before the system kills the process for it.
+    """Check that data can be made for a model, before the system kills the process for it.
 
     Raises:
         RangeError: it would not fit into the memory that is free.
@@ -89,7 +89,7 @@ ROOTS: dict[str, Callable[[], Any] | None] = {
 
 
 def check_depth_first(model: pin.Model) -> None:
-    """Prove that every joint hangs on the one before it, or on one that that one hangs on."""
+    """Check that every joint hangs on the one before it, or on one that that one hangs on."""
     way = [0]
     for joint_id in range(1, model.njoints):
         parent = model.parents[joint_id]
@@ -105,7 +105,7 @@ def check_depth_first(model: pin.Model) -> None:
 
 
 def check_finite(model: pin.Model) -> None:
-    """Prove that joints, where they are and what they carry are finite numbers.
+    """Check that joints, where they are and what they carry are finite numbers.
 
     Raises:
         InputError: it names the joint.
@@ -124,7 +124,7 @@ def check_finite(model: pin.Model) -> None:
 
 
 def _check_motion(joint: Any, what: str) -> None:
-    """Prove that the way of a joint is made of numbers in range: its axis, its pitch."""
+    """Check that the way of a joint is made of numbers in range: its axis, its pitch."""
     alone = pin.Model()
     joint_id = alone.addJoint(0, joint, pin.SE3.Identity(), "joint")
     own, data = alone.joints[joint_id], alone.joints[joint_id].createData()

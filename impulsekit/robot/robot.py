@@ -152,8 +152,8 @@ def _moments(inertia: Any) -> tuple[float, ...]:
     first, second, third = np.linalg.eigvalsh(0.5 * (array + array.T))
     if first < -TRIANGLE * third or third > (first + second) * (1.0 + TRIANGLE):
         raise InputError(
-            f"{what} has principal moments {first:g}, {second:g}, {third:g} kg m²; no body has "
-            "one below zero or above the sum of the others"
+            f"{what} has principal moments {first:g}, {second:g}, {third:g} kg m²; they "
+            "violate the triangle inequality: each must be at least 0 and at most the others' sum"
         )
     return tuple(float(array[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
 

@@ -98,7 +98,7 @@ def parsed_xml(text: str, source: str, kind: Fault = UrdfError) -> Element:
     elif not text.strip():
         reason = "it is empty"
     elif not text.startswith("<"):
-        reason = "it does not begin with <, so it is no XML"
+        reason = "it is not an XML file"
     else:
         try:
             return _parsed(text)

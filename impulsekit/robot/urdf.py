@@ -174,8 +174,8 @@ def impossible_inertias(links: Mapping[str, LinkInertial]) -> list[str]:
     )
     more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
     return [
-        f"no body has such principal moments of inertia, one below zero or above the sum of the "
-        f"others, as {named}{more}: they are taken as written"
+        f"principal moments of inertia violate the triangle inequality: {named}{more}; they are "
+        "taken as written"
     ]
 
 

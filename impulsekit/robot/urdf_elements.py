@@ -243,7 +243,7 @@ MOST_LINKS = 10_000
 
 
 def check_tree(joints: Sequence[UrdfJoint], links: Collection[str], source: str) -> None:
-    """Prove that links and joints form one tree that Pinocchio can build.
+    """Check that links and joints form one tree that Pinocchio can build.
 
     Raises:
         UrdfError: two parents, several roots, a circle, too deep or too large a tree, or

@@ -197,7 +197,7 @@ class JointLock(InJoint):
         keep(self, what, velocity_of(None), "velocity")
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the joint, and the velocity its degrees of freedom."""
+        """Check that the robot has the joint, and the velocity its degrees of freedom."""
         self.check_length(robot, where, self.velocity, "velocity of")
 
 
@@ -246,7 +246,7 @@ class JointCoupling(InJoint):
         keep(self, what, velocity_of(1), "velocity")
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the joints, with one degree of freedom each."""
+        """Check that the robot has the joints, with one degree of freedom each."""
         for name in self.joint_names:
             check_one_degree(robot, name, where, "a JointCoupling")
 

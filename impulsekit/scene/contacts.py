@@ -119,7 +119,7 @@ class Contact(Entry):
         _check_tangential(self, what)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has both frames, on two bodies."""
+        """Check that the robot has both frames, on two bodies."""
         check_two_bodies(robot, self.frame_names, where, "they cannot strike each other")
 
     @property
@@ -165,7 +165,7 @@ class JointStop(InJoint):
             raise RangeError.of(f"{what}: lower", self.lower, f"at most upper = {self.upper:g}")
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the joint has one coordinate, with limits in order."""
+        """Check that the joint has one coordinate, with limits in order."""
         joint = robot.model.joints[robot.joint_id(self.joint, where)]
         if joint.nq != 1 or joint.nv != 1:
             raise InputError(
@@ -239,7 +239,7 @@ class Collision(Entry):
         _check_tangential(self, what)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that both names have geometry, on two bodies."""
+        """Check that both names have geometry, on two bodies."""
         from ..robot.geometry import geometry_ids
 
         ends = [geometry_ids(robot, name, where)[1] for name in (self.first, self.other)]

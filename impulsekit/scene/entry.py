@@ -42,7 +42,7 @@ class Checked:
         """Check what no field has by itself; ``what`` begins the sentences."""
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that it fits a robot; ``where`` begins the sentences.
+        """Check that it fits a robot; ``where`` begins the sentences.
 
         Raises:
             UnknownNameError: a frame or joint that the robot does not have.
@@ -110,7 +110,7 @@ class BetweenFrames(Entry):
         return (self.frame, self.other)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that a robot has both frames, on two bodies."""
+        """Check that a robot has both frames, on two bodies."""
         check_two_bodies(robot, self.frame_names, where, self.within)
 
 
@@ -126,18 +126,18 @@ class InJoint(Entry):
         return (self.joint,)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that a robot has the joint, with one degree of freedom."""
+        """Check that a robot has the joint, with one degree of freedom."""
         check_one_degree(robot, self.joint, where, f"a {type(self).__name__}")
 
     def check_length(self, robot: Robot, where: str, numbers: Any, what: str) -> None:
-        """Prove that a tuple of numbers has one for each degree of freedom of the joint."""
+        """Check that a tuple of numbers has one for each degree of freedom of the joint."""
         count = robot.model.joints[robot.joint_id(self.joint, where)].nv
         if isinstance(numbers, tuple) and len(numbers) != count:
             raise ShapeError.of(f'{where}: {what} joint "{self.joint}"', (count,), (len(numbers),))
 
 
 def check_two_bodies(robot: Robot, frames: Sequence[str], where: str, why: str) -> None:
-    """Prove that a robot has both frames, on two bodies; ``why`` else nothing happens.
+    """Check that a robot has both frames, on two bodies; ``why`` else nothing happens.
 
     Raises:
         UnknownNameError: a frame that the robot does not have.
@@ -151,7 +151,7 @@ def check_two_bodies(robot: Robot, frames: Sequence[str], where: str, why: str) 
 
 
 def check_frame_moves(robot: Robot, frame: str, where: str, what: str, advice: str = "") -> None:
-    """Prove that a robot has a frame, and that it can move.
+    """Check that a robot has a frame, and that it can move.
 
     Raises:
         UnknownNameError: the robot does not have it.
@@ -163,7 +163,7 @@ def check_frame_moves(robot: Robot, frame: str, where: str, what: str, advice: s
 
 
 def check_one_degree(robot: Robot, joint: str, where: str, what: str) -> None:
-    """Prove that a joint moves, with one degree of freedom.
+    """Check that a joint moves, with one degree of freedom.
 
     Raises:
         UnknownNameError: the robot does not have it.

@@ -255,7 +255,7 @@ class Actuator(InJoint):
         object.__setattr__(self, "torque", torque)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the joint, and the torque its degrees of freedom."""
+        """Check that the robot has the joint, and the torque its degrees of freedom."""
         if isinstance(self.torque, PD | TorqueTable):
             check_one_degree(robot, self.joint, where, f"a {type(self.torque).__name__}")
         self.check_length(robot, where, self.torque, "torque in")
@@ -324,7 +324,7 @@ class AppliedForce(Entry):
         return (self.frame,)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the frame, and that it can move."""
+        """Check that the robot has the frame, and that it can move."""
         check_frame_moves(robot, self.frame, where, "a force")
 
     @property

@@ -193,7 +193,7 @@ class FunctionRows:
         return self._along(q, v / size, lambda there: self.matrix_at(there).dot(v)) * size
 
     def check(self, q: np.ndarray) -> None:
-        """Prove that the gradient is that of the function at q.
+        """Check that the gradient is that of the function at q.
 
         Raises:
             RangeError: it is not.

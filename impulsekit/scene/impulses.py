@@ -50,7 +50,7 @@ class AppliedImpulse(Entry):
     name: Name | None = None
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the frame, and that it can move."""
+        """Check that the robot has the frame, and that it can move."""
         way_out = 'strike a link that can move, or load the robot with root="freeflyer"'
         if self.frame == WORLD and WORLD_LINK in robot.frame_names:
             way_out = f'the link that its file calls "world" is "{WORLD_LINK}" here'
@@ -105,7 +105,7 @@ class JointImpulse(InJoint):
         object.__setattr__(self, "impulse", impulse)
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the joint, and the impulse its degrees of freedom."""
+        """Check that the robot has the joint, and the impulse its degrees of freedom."""
         self.check_length(robot, where, self.values, "impulse in")
 
     @property

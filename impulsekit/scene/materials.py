@@ -51,7 +51,7 @@ class Material(Checked):
         object.__setattr__(self, "links", tuple(text(link, what) for link in links))
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the links."""
+        """Check that the robot has the links."""
         for link in self.links:
             robot.frame_id(link, where)
 

@@ -29,7 +29,7 @@ class _Labelled(Checked):
         return self.frame + (f" {self.at}" if any(self.at) else "")
 
     def check_robot(self, robot: Robot, where: str) -> None:
-        """Prove that the robot has the frame, and the joint, which may be a fixed one."""
+        """Check that the robot has the frame, and the joint, which may be a fixed one."""
         robot.frame_id(self.frame, where)
         joint = getattr(self, "joint", None)
         if joint is not None and joint not in robot.frame_names:

@@ -282,7 +282,7 @@ class Scene(Displayed):
 
 
 def _check_law(law: Law, contact: Any, where: str) -> None:
-    """Prove that a law has what a contact asks of it."""
+    """Check that a law has what a contact asks of it."""
     from .coefficients import is_plain
     from .contacts import adheres, turns
 

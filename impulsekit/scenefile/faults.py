@@ -52,7 +52,7 @@ class Faults(list[str]):
         if len(self) == 1:
             message = f"{path}: {self[0]}"
         else:
-            message = f"{path}: {len(self)} faults:" + "".join(f"\n  {fault}" for fault in self)
+            message = f"{path}: {len(self)} errors:" + "".join(f"\n  {fault}" for fault in self)
         return SceneFileError(message, path=path, faults=tuple(self))
 
     def add_error(self, place: str, error: ImpulsekitError) -> str | None:

@@ -141,9 +141,7 @@ def _draw_impacts(
     marks = [entry for entry in every if entry[1].kind == "contact"]
     arrows = [entry for entry in every if entry[1].kind != "contact"]
     if len(arrows) > MOST_ARROWS:
-        effects.notes.append(
-            f"{len(arrows) - MOST_ARROWS} smaller arrows of {len(arrows)} left out"
-        )
+        effects.notes.append(f"showing the {MOST_ARROWS} largest of {len(arrows)} arrows")
         arrows.sort(key=lambda entry: -entry[1].size / largest[entry[1].kind])
         arrows = sorted(arrows[:MOST_ARROWS], key=lambda entry: entry[0])
     if len(marks) > MOST_ARROWS:

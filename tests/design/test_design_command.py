@@ -27,7 +27,7 @@ def test_where_a_stop_spares_the_hinges_of_a_door():
     assert edge["effective_mass"] == pytest.approx(20 * 0.45 * SWEET_SPOT / 0.9**2)
     assert edge["axes"][0]["effective_mass"] is None
     text = run(DOOR).stdout
-    assert "spared best at (0.600296, 0.02, 1) m" in text and "infinite" in text
+    assert "least load by a blow at (0.600296, 0.02, 1) m" in text and "infinite" in text
 
 
 def test_a_picture_is_written(tmp_path):

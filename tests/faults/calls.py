@@ -53,7 +53,7 @@ FAULTS = (
     Fault("makes a Robot of nothing", lambda: ik.Robot()),
     Fault("combines robots without names", lambda: ik.combine(arm(), ball())),
     Fault("combines a robot with a dictionary", lambda: ik.combine({"arm": arm()}, ball())),
-    Fault("places robots by a list", lambda: ik.combine(arm=arm(), placements=[[0, 0, 0]])),
+    Fault("places robots by a list of points", lambda: ik.combine(arm=arm(), placements=[[0, 0, 0]])),
     Fault("asks for a configuration by a list", lambda: arm().configuration([0, 1])),
     Fault("asks for a configuration by a number", lambda: arm().configuration(0.3)),
     Fault("asks for a velocity by an array", lambda: arm().velocity(np.zeros(2))),

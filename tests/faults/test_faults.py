@@ -45,7 +45,7 @@ def test_each_is_a_short_sentence_without_what_lies_beneath(every):
     for one in every:
         lines = one.words.splitlines()
         # Only a scene file with several faults has a line for each.
-        assert len(lines) == 1 or re.search(r": \d+ faults:$", lines[0]), one
+        assert len(lines) == 1 or re.search(r": \d+ errors:$", lines[0]), one
         assert all(10 <= len(line) <= 260 for line in lines), one
         assert one.words.replace("\n", "").isprintable(), one
         assert not [inner for inner in INTERNALS if inner in one.words], one

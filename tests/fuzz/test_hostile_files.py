@@ -73,7 +73,7 @@ def test_what_a_scene_names_as_its_robot_is_never_shown(outside, name):
         ik.load_scene(outside / "a.toml")
     assert SECRET not in str(caught.value)
     assert "root:" not in str(caught.value)
-    assert "it is no XML" in str(caught.value)
+    assert "it is not an XML file" in str(caught.value)
 
 
 CHAIN = '[robot]\nexample = "panda"\n'

@@ -13,7 +13,7 @@ ENDS = {"FINISHED"}
 # Robots whose links, or joints without links, have no mass: what moves no mass has no motion.
 MASSLESS = ("icub",)
 EXAMPLES = [
-    "allegro_right_hand", "anymal", "b1", "baxter", "bluevolta", "bolt", "double_pendulum",
+    "allegro_right_hand", "anymal", "b1", "bolt", "double_pendulum",
     "finger_edu", "go2", "hyq", "iris", "kinova", "laikago", "panda", "solo12", "so101", "talos",
     "tiago", "ur5", "xarm7", "z1",
 ]  # fmt: skip

@@ -130,7 +130,7 @@ def test_a_storm_of_impacts_keeps_the_largest_arrows(chain):
     motion = Recording(robot, times, [robot.neutral()] * 200, [(x, chain) for x in times])
     shown = ik.replay(motion)
     assert sum(map(len, shown.arrows.values())) == 400
-    assert "smaller arrows" in shown.notes[0]
+    assert "largest of" in shown.notes[0]
 
 
 def test_ten_seconds_of_a_humanoid_fit_into_five_megabytes():

@@ -149,7 +149,7 @@ class StudyStore:
 
 
 def check_store(path: str | os.PathLike[str]) -> None:
-    """Prove that a folder holds a study, or nothing of anybody else's.
+    """Check that a folder holds a study, or nothing of anybody else's.
 
     Raises:
         InputError: it is no folder, or holds something else.
@@ -326,12 +326,12 @@ def _record(folder: pathlib.Path) -> dict[str, Any]:
     """
     mark = folder / RECORD
     if not mark.is_file():
-        raise InputError(f'"{folder}" is no store of a study')
+        raise InputError(f'"{folder}" is not the folder of a study')
     there: Any = None
     with as_file_error(mark), contextlib.suppress(ValueError):
         there = json.loads(mark.read_bytes())
     if not isinstance(there, dict) or "fingerprint" not in there:
-        raise InputError(f'"{mark}" is damaged; it is no store of a study')
+        raise InputError(f'"{mark}" is damaged: the folder of no study')
     if there.get("format") != FORMAT:
         raise InputError(
             f'"{folder}" is a store that another version of impulsekit has made. Name another '

@@ -121,7 +121,7 @@ class FlatScene:
 
 
 def check_directions(rows: StateRows) -> None:
-    """Prove that lines and axes of friction have a direction at a state.
+    """Check that lines and axes of friction have a direction at a state.
 
     Raises:
         InputError: a line between points that coincide, an axis of friction along a normal.

@@ -191,7 +191,7 @@ def _record_of(array: np.ndarray) -> dict[str, Any]:
 
 
 def _check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> None:
-    """Prove that the arrays of a file are a motion of the scene's robot.
+    """Check that the arrays of a file are a motion of the scene's robot.
 
     Raises:
         InputError: they are not.
