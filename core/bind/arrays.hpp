@@ -28,6 +28,19 @@ const T* data_of(const nb::ndarray<const T, nb::c_contig, nb::device::cpu>& arra
     return array.data();
 }
 
+// An array as it is: a copy in other numbers or another order would be freed at once, and what is
+// written to it lost.
+template <typename A>
+A array_as_it_is(const nb::handle& given, const char* name) {
+    A array;
+    if (!nb::try_cast<A>(given, array, false))
+        throw nb::type_error((std::string(name) +
+                              ": must be a C-contiguous array of the type and dimensions that "
+                              "the core works on")
+                                 .c_str());
+    return array;
+}
+
 // Run Python's handlers of signals that came, such as Ctrl-C, and throw what they raise.
 inline void raise_signals() {
     const nb::gil_scoped_acquire lock;

@@ -107,13 +107,16 @@ struct Given {
     int size;
 
     Column column(const char* name, std::size_t width) const {
-        return column_of(nb::cast<std::optional<Matrix>>(arrays[name]), size, width, name);
+        const nb::object given = arrays[name];
+        std::optional<Matrix> matrix;
+        if (!given.is_none()) matrix = array_as_it_is<Matrix>(given, name);
+        return column_of(matrix, size, width, name);
     }
 };
 
 double* output_of(const nb::dict& outputs, const char* name, std::size_t size) {
     if (!outputs.contains(name)) return nullptr;
-    const Output array = nb::cast<Output>(outputs[name]);
+    const Output array = array_as_it_is<Output>(outputs[name], name);
     if (array.size() != size)
         throw nb::value_error((std::string(name) + ": another size is wanted").c_str());
     return array.data();
@@ -136,7 +139,7 @@ void take_slopes(const GivenScene& self, const Given& given, const nb::dict& out
     check(in.parameters, Parameters(scene).count);
     const std::size_t sets = in.weights.data ? 1 : in.results.size(), B = in.size;
     batch.out.slopes = output_of(outputs, "slopes", B * sets * in.parameters.size());
-    const Codes existence = nb::cast<Codes>(outputs["existence"]);
+    const Codes existence = array_as_it_is<Codes>(outputs["existence"], "existence");
     if (existence.size() != B) throw nb::value_error("existence: another size is wanted");
     batch.out.existence = existence.data();
 }
@@ -236,6 +239,7 @@ void bind_batch(nb::module_& module) {
     module.def("vary_points", &vary_points, nb::arg("scene"), nb::arg("contacts"));
     module.def("solve_batch", &solve, nb::arg("scene"), nb::arg("law"), nb::arg("is_regular"),
                nb::arg("joints"), nb::arg("links"), nb::arg("arrays"), nb::arg("known"),
-               nb::arg("outputs"), nb::arg("codes"), nb::arg("threads"), nb::arg("tell").none(),
+               nb::arg("outputs"), nb::arg("codes").noconvert(), nb::arg("threads"),
+               nb::arg("tell").none(),
                "Solve many states of a scene; arrays by name, outputs are written.");
 }

@@ -46,7 +46,7 @@ OwnHeldMass* made(const Array& M, const std::vector<int>& parent, const Array& A
 // How many vectors (nv) an array holds, copied.
 std::vector<double> columns_of(const OwnHeldMass& own, const Array& given) {
     if (own.held->weak() >= 0) throw nb::value_error("M is singular");
-    if (given.size() % std::max(own.nv, 1) != 0)
+    if (own.nv == 0 ? given.size() != 0 : given.size() % own.nv != 0)
         throw nb::value_error("another number of degrees of freedom is wanted");
     return std::vector<double>(given.data(), given.data() + given.size());
 }

@@ -40,6 +40,7 @@ std::function<double(double)> function_of(const nb::object& function) {
 }
 
 Friction friction_of(const nb::tuple& given) {
+    if (given.size() != 6) throw nb::value_error("friction: expected six entries");
     Friction f;
     f.kind = static_cast<Friction::Kind>(nb::cast<int>(given[0]));
     f.first = nb::cast<double>(given[1]);

@@ -1,0 +1,54 @@
+"""What the core takes from Python: arrays as they are, of the right sizes, or an error."""
+
+import numpy as np
+import pytest
+
+from impulsekit import _core
+
+
+def ball():
+    import impulsekit as ik
+    from impulsekit.impact.flat.scene import flat_of
+
+    robot = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    return robot, flat_of(ik.Scene(robot)).core
+
+
+INPUTS = (
+    "q", "v", "impulses", "restitution", "friction", "masses", "points", "function_rows",
+    "function_contacts",
+)  # fmt: skip
+
+
+def solve(**changed):
+    robot, scene = ball()
+    arrays = dict.fromkeys(INPUTS)
+    arrays |= {"q": np.tile(robot.neutral(), (3, 1)), "v": np.ones((3, 6))}
+    outputs = {"v_after": np.zeros((3, 6))}
+    for name, value in changed.items():
+        (arrays if name in arrays else outputs)[name] = value
+    known, codes = np.zeros(3, dtype=np.int8), np.zeros(3, dtype=np.int8)
+    law = _core.ContactLaw(0, 0, 0, 1.5)
+    _core.solve_batch(scene, law, False, [], [], arrays, known, outputs, codes, 1, None)
+    return outputs["v_after"]
+
+
+def test_arrays_of_a_batch_are_taken_as_they_are():
+    assert (solve() == 1.0).all()
+
+
+@pytest.mark.parametrize("name", ["v", "v_after"])
+@pytest.mark.parametrize(
+    "array", [np.ones((3, 6), dtype=np.float32), np.ones((3, 12))[:, ::2], np.ones((6, 3)).T]
+)
+def test_what_would_have_to_be_copied_is_refused(name, array):
+    with pytest.raises(TypeError, match=f"{name}: must be a C-contiguous array"):
+        solve(**{name: array})
+
+
+def test_a_mass_of_no_degrees_of_freedom_takes_no_vectors():
+    empty = np.zeros((0, 0))
+    mass = _core.HeldMass(empty, [], empty, [], None)
+    assert mass.solve(np.zeros((0, 0))).size == 0
+    with pytest.raises(ValueError, match="degrees of freedom"):
+        mass.solve(np.ones((2, 3)))
