@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from .site import examine
+from .site import SEARCHED, examine, repeated_pictures, unfound_words
 
 WHOLE = '<!DOCTYPE html><html><head><link rel="icon" href="data:,"></head><body id="top">{}</body>'
 
@@ -19,6 +19,13 @@ WHOLE = '<!DOCTYPE html><html><head><link rel="icon" href="data:,"></head><body 
         ("<script>throw new Error('thrown')</script>", "complains: .*thrown"),
         ('<img src="http://127.0.0.1:9/picture.png">', "asks for http://127.0.0.1:9/picture.png"),
         ('<img src="other.html">', "no picture in .*other.html"),
+        ('<p style="width: 900px">wide</p>', "at 400 px the page overflows to the right"),
+        (
+            '<div class="cell_input"><pre style="width: 90px; overflow-x: auto">'
+            + 40 * "code"
+            + "</pre></div>",
+            "at 400 px code is cut: codecode.*",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_page_is_found(tmp_path, session_browser, body, fault):
@@ -45,3 +52,17 @@ def test_a_blank_picture_is_found(tmp_path, session_browser):
     picture.save(tmp_path / "_images/arrow.png")
     _, faults = examine(tmp_path, session_browser)
     assert faults == ["blank.png: a blank picture"]
+
+
+def test_a_picture_that_is_there_twice_is_found(tmp_path):
+    for name in ("first.png", "second.png"):
+        (tmp_path / name).write_bytes(b"the same")
+    (tmp_path / "third.png").write_bytes(b"another")
+    assert repeated_pictures(tmp_path) == ["second.png: the same picture as first.png"]
+
+
+def test_a_word_that_no_page_has_is_found(tmp_path):
+    (tmp_path / "searchindex.js").write_text("")
+    words = " ".join(word for word in SEARCHED if word != "drag")
+    (tmp_path / "index.html").write_text(WHOLE.format(f"<p>{words}</p>"))
+    assert unfound_words(tmp_path) == ["drag"]
