@@ -9,6 +9,7 @@ from .batch.derivatives import derivatives_batch as derivatives_batch
 from .batch.derivatives import vjp as vjp
 from .batch.motions.result import MotionBatch as MotionBatch
 from .batch.motions.simulate import simulate_batch as simulate_batch
+from .batch.problems import solve_contact_problems as solve_contact_problems
 from .batch.result import ImpactBatch as ImpactBatch
 from .batch.solve import solve_batch as solve_batch
 from .checking import check as check

@@ -67,7 +67,9 @@ void solve_problems(const Array& W, const Array& before, const Array& free,
                     const Output& impulse, const Output& after, const Codes& codes,
                     const Output& residuals, int restitution_law, int slip, int order,
                     double exponent, int threads) {
-    const std::size_t count = codes.size(), r = count > 0 ? free.size() / count : 0, n = r / 3;
+    const std::size_t count = codes.size();
+    if (count == 0) return;
+    const std::size_t r = free.size() / count, n = r / 3;
     if (r % 3 != 0) throw nb::value_error("free: expected three rows a contact");
     data_of(W, count * r * r, "W");
     data_of(before, count * r, "before");
