@@ -107,20 +107,20 @@ def solve_contact_problems(
     start = velocities if before is None else _array(before, "before")
     if start.shape != velocities.shape:
         raise ShapeError.of("before", velocities.shape, start.shape)
-    coefficients = [
+    e, mu, e_t = (
         _coefficient(value, name, (count, rows // 3), low, high)
         for value, name, low, high in (
             (restitution, "restitution", 0.0, 1.0),
             (friction, "friction", 0.0, np.inf),
             (tangential_restitution, "tangential_restitution", -1.0, 1.0),
         )
-    ]
+    )
     impulses, after = np.empty((count, rows)), np.empty((count, rows))
     codes, residual = np.empty(count, dtype=np.int8), np.empty(count)
     own = os.cpu_count() or 1 if threads is None else whole(threads, "threads", 1)
     try:
         solve_problems(
-            matrices, start, velocities, *coefficients, impulses, after, codes, residual,
+            matrices, start, velocities, e, mu, e_t, impulses, after, codes, residual,
             *law_codes(law), min(own, max(count, 1)),
         )  # fmt: skip
     except ValueError as error:
