@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._core import solve_problems
-from ..display import OneLine
+from ..formatting import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, check_kind
 from ..errors.calls import public
 from ..impact.contact_law import law_codes
