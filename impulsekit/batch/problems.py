@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._core import solve_problems
-from ..formatting import OneLine
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, check_kind
 from ..errors.calls import public
+from ..formatting import OneLine
 from ..impact.contact_law import law_codes
 from ..impact.status import BY_CODE, Status
 from ..scene.law import Law
