@@ -16,7 +16,7 @@ __all__ = [
 ]  # fmt: skip
 
 # Where the models are in a wheel, and in a checkout.
-_FOLDERS = ("urdf", "../models")
+_FOLDERS = ("data/models", "../models")
 
 
 @public

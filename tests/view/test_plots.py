@@ -224,3 +224,32 @@ def test_a_stroboscope_looks_along_the_axis_about_which_it_turns(axis, turn, pla
     ax = plots.stroboscope(motion, [0.0, 1.0, 2.0])
     assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == tuple(plane)
     assert plots.stroboscope(motion, [0.0], plane="zx").get_xlabel() == "z [m]"
+
+
+def test_speeds_of_a_free_flyer_are_in_world_axes():
+    """A ball that turns while it falls: its speed upwards falls by g, whatever its body axes do."""
+    robot = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    floor = ik.Contact("ball", at=[0, 0, 0], restitution=0.6, name="floor")
+    scene = ik.Scene(robot, contacts=[floor])
+    start = robot.configuration(root_joint=[0, 0, 0.5, 0, 0, 0, 1])
+    motion = ik.simulate(scene, start, [0, 0, 0, 9.0, 0, 0], duration=0.5, samples=51)
+    recording = ik.measured.Recording(robot, motion.t, motion.q, name="7")
+    found = ik.measured.find_impacts(recording, scene, sigma=1e-6)
+    ax = ik.plots.found_impacts(recording, found)
+    assert ax.get_title(loc="left") == "Impacts in recording 7"
+    up = next(line for line in ax.lines if line.get_label() == "z, world axes")
+    early = up.get_xdata() < 0.25
+    slope = np.polyfit(up.get_xdata()[early][1:], up.get_ydata()[early][1:], 1)[0]
+    assert slope == pytest.approx(-9.81, abs=0.2)
+    (height,) = ax.figure.axes[1].lines
+    np.testing.assert_array_equal(height.get_ydata(), motion.q[:, 2])
+
+
+def test_x_y_and_z_are_red_green_and_blue():
+    from matplotlib.colors import to_rgb
+
+    robot = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    motion = ik.simulate(ik.Scene(robot), robot.neutral(), robot.velocity(), duration=0.1)
+    lines = ik.plots.momentum_history(motion).lines
+    by_axis = {line.get_label(): int(np.argmax(to_rgb(line.get_color()))) for line in lines}
+    assert {axis: by_axis[axis] for axis in "xyz"} == {"x": 0, "y": 1, "z": 2}

@@ -7,13 +7,25 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio as pin
 
 from ...batch.study.store import open_study
 from ...batch.study.summary import is_valid, sizes_of, statuses_of
 from ...errors import InputError, ShapeError
 from ...errors.calls import public
 from ..forms import speeds_of
-from .canvas import AFTER, CYCLE, IMPULSE, QUIET, axes_or_new, new_figure, plain, save_figure, tidy
+from .canvas import (
+    AFTER,
+    AXES,
+    CYCLE,
+    IMPULSE,
+    QUIET,
+    axes_or_new,
+    new_figure,
+    plain,
+    save_figure,
+    tidy,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,8 +116,9 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
 def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None = None) -> Axes:
     """Draw recorded speeds of the first joint that have one unit, and the impacts found.
 
-    Dots are slopes between samples; a line to the left of an impact is where the flight before
-    it ended, to the right where the next begins.
+    Dots are slopes between samples; a line at an impact goes from where the flight before it
+    ended to where the next begins. Linear speeds of a free-flyer are in world axes, and its height
+    is drawn as well.
 
     Args:
         recording: one of those that ``impacts`` were found in, by its name.
@@ -129,13 +142,21 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
     speeds = speeds_of(recording.robot, recording.q[0])
     unit = speeds[0].unit
     shown = [i for i in range(min(3, v.shape[1])) if speeds[i].unit == unit]
+    floats = recording.robot.model.joints[1].shortname() == "JointModelFreeFlyer"
+    seen = _in_world(recording.q, v) if floats else v
     for i in shown:
-        color = CYCLE[i]
-        label = plain(speeds[i].title)
-        ax.plot(recording.t, v[:, i], ".", markersize=3, color=color, label=label)
+        color = AXES[i]
+        label = f"{'xyz'[i]}, world axes" if floats else plain(speeds[i].title)
+        ax.plot(recording.t, seen[:, i], ".", markersize=3, color=color, label=label)
         for each in own:
-            sides = [each.v_before[i], each.v_after[i]]
-            ax.plot([each.time, each.time], sides, color=color, linewidth=1.6)
+            sides = np.array([each.v_before, each.v_after])
+            if floats:
+                sides = _in_world(np.array([each.q, each.q]), sides)
+            ax.plot([each.time, each.time], sides[:, i], color=color, linewidth=1.6)
+    if floats:
+        height = ax.twinx()
+        height.plot(recording.t, recording.q[:, 2], color=QUIET, linewidth=1.0, label="height")
+        height.set_ylabel("height [m]", color=QUIET)
     for each in own:
         ax.axvline(each.time, color=QUIET, linewidth=0.7, linestyle=":")
     for name, start, end in impacts.phases:
@@ -143,9 +164,15 @@ def found_impacts(recording: Recording, impacts: FoundImpacts, ax: Axes | None =
             ax.axvspan(start, end, color=QUIET, alpha=0.12, linewidth=0)
     ax.set_xlabel("time [s]")
     ax.set_ylabel(f"speed [{unit}]")
-    ax.set_title(plain(f"Impacts in {recording.name or 'the recording'}"), loc="left")
+    ax.set_title(plain(f"Impacts in recording {recording.name}".rstrip()), loc="left")
     ax.legend(frameon=False)
     return tidy(ax)
+
+
+def _in_world(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(T, 3) the velocity of a free-flyer's origin in world axes, of (T, nq) and (T, nv)."""
+    turns = (pin.XYZQUATToSE3(place[:7]).rotation for place in q)
+    return np.array([turn @ own[:3] for turn, own in zip(turns, v, strict=True)])
 
 
 @public
