@@ -25,6 +25,10 @@ def test_the_version_is_that_of_the_metadata():
     assert ik.__version__ == importlib.metadata.version("impulsekit")
 
 
+def test_small_models_come_along():
+    assert ik.Robot.from_file(ik.models.path("ball"), root="freeflyer").mass == 0.5
+
+
 def test_a_bounce(ball):
     scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5)])
     impact = ik.solve(scene, ball.neutral(), ball.velocity(root_joint=[0, 0, -2, 0, 0, 0]))
