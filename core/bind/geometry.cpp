@@ -34,6 +34,7 @@ Shape polytope_of(const Array& corners, const std::vector<std::vector<int>>& loo
     const double* a = data_of(corners, corners.size() / 3 * 3, "corners");
     std::vector<Vec3<double>> points;
     for (std::size_t i = 0; i < corners.size() / 3; ++i) points.push_back(vec3<double>(a + 3 * i));
+    if (points.empty()) throw nb::value_error("corners: must be one or more");
     for (const auto& loop : loops) {
         if (loop.size() < 3) throw nb::value_error("a face has fewer than three corners");
         for (int i : loop)

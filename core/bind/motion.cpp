@@ -480,6 +480,7 @@ constexpr int kBetweenLooks = 16;
 template <typename Condition>
 void run_while(Motion& motion, double horizon, nb::object look, int every,
                const Condition& goes_on) {
+    if (every < 1) throw nb::value_error("every: must be >= 1");
     motion.go_on();
     const bool has_look = !look.is_none();
     nb::gil_scoped_release free;
@@ -601,6 +602,9 @@ void bind_motion(nb::module_& module) {
         .def(
             "begin",
             [](Motion& self, const Array& v, const std::vector<int>& touching) {
+                const int gaps = static_cast<int>(self.dynamics().touching.gaps().size());
+                for (int gap : touching)
+                    if (gap < 0 || gap >= gaps) throw nb::value_error("touching: unknown gap");
                 self.begin(data_of(v, self.nv(), "v"), touching);
             },
             nb::arg("v"), nb::arg("touching"))

@@ -84,16 +84,25 @@ class Player {
     this.seek(ahead ?? this.impacts.at(direction > 0 ? 0 : -1));
   }
 
+  // The numbers of the impacts at this instant, from 1, as text; several may be at one frame.
   impactHere() {
     const near = 1e-6 * Math.max(this.duration, 1e-3);
-    return this.impacts.findIndex(t => Math.abs(t - this.time) <= near);
+    const here = replay.impacts.flatMap((hit, i) =>
+      Math.abs(Math.fround(hit.time) - this.time) <= near ? [i + 1] : []);
+    if (!here.length) return "";
+    const [first, last] = [here[0], here.at(-1)];
+    return (first < last ? "impacts " + first + " to " + last : "impact " + first)
+      + " of " + replay.impacts.length;
   }
 
   // The impulses of the impact whose arrows are shown, or the forces that act between impacts.
   get text() {
     const near = 1e-6 * Math.max(this.duration, 1e-3);
-    const hits = replay.impacts.filter(
+    const shown = replay.impacts.filter(
       hit => Math.fround(hit.time) <= this.time + near && this.time < hit.end + near);
+    // Where the next one begins, the last one ends.
+    const latest = Math.max(...shown.map(hit => Math.fround(hit.time)));
+    const hits = shown.filter(hit => Math.fround(hit.time) >= latest - near);
     if (hits.length) return hits.map(hit => hit.text).filter(text => text).join("; ");
     return replay.forces.map(force => [force.name, this.force(force)])
       .filter(([, size]) => size > 0)
@@ -152,8 +161,19 @@ class Stage {
     return mass > 0 ? sum.divideScalar(mass) : null;
   }
 
+  // The camera comes as near as what moves is large.
   follow(on) {
     this.following = on;
+    if (on) {
+      const box = new MeshCat.THREE.Box3();
+      for (const [path] of this.followed) box.expandByObject(nodeAt(path).object);
+      const radius = box.getBoundingSphere(new MeshCat.THREE.Sphere()).radius;
+      const { position, fov } = viewer.camera;
+      const offset = position.clone().sub(viewer.controls.target);
+      const near = 1.6 * radius / Math.sin(0.5 * fov * Math.PI / 180);
+      if (near > 0 && near < offset.length())
+        position.copy(viewer.controls.target).add(offset.setLength(near));
+    }
     viewer.set_dirty();
   }
 
@@ -366,9 +386,7 @@ function keepShowing(player) {
     clock.textContent = "t = " + value + " " + replay.clock.unit;
     const here = player.impactHere();
     const speed = Number((rate * player.animator.mixer.timeScale).toPrecision(2));
-    pace.textContent = here >= 0 && !player.animator.playing
-      ? "impact " + (here + 1) + " of " + player.impacts.length
-      : "at " + speed + "×";
+    pace.textContent = here && !player.animator.playing ? here : "at " + speed + "×";
     pace.title = speed + " s of the motion in each second";
     const words = player.text;
     if (impact.textContent !== words) impact.textContent = impact.title = words;

@@ -52,3 +52,26 @@ def test_a_mass_of_no_degrees_of_freedom_takes_no_vectors():
     assert mass.solve(np.zeros((0, 0))).size == 0
     with pytest.raises(ValueError, match="degrees of freedom"):
         mass.solve(np.ones((2, 3)))
+
+
+def test_a_polytope_has_corners():
+    with pytest.raises(ValueError, match="corners"):
+        _core.polytope_shape(np.zeros((0, 3)), [], 0.0, np.eye(4)[:3])
+
+
+def motion_of_a_ball():
+    import impulsekit as ik
+
+    robot = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    scene = ik.Scene(robot, contacts=[ik.Contact("ball")], gravity=[0, 0, -9.81])
+    q = robot.configuration(root_joint=[0, 0, 1, 0, 0, 0, 1])
+    return ik.Simulation(scene, q, robot.velocity())
+
+
+def test_a_motion_takes_numbers_of_gaps_that_it_has():
+    held = motion_of_a_ball()
+    motion = held._followed.core
+    with pytest.raises(ValueError, match="unknown gap"):
+        motion.begin(np.zeros(6), [99])
+    with pytest.raises(ValueError, match="every"):
+        motion.run(1.0, 1.0, None, 0)

@@ -119,6 +119,27 @@ def test_stepping_from_impact_to_impact(opened, motion):
     assert time_of(page) == pytest.approx(instants[0], abs=1e-6)
 
 
+def test_the_line_names_the_impact_of_this_instant_alone(opened, motion):
+    page, _ = opened
+    texts = []
+    for number in (0, 1):
+        page.seek(page.run("i => Math.fround(replay.impacts[i].time)", number))
+        texts.append(page.run("() => player.text"))
+    assert texts == page.run("() => replay.impacts.slice(0, 2).map(hit => hit.text)")
+    count = len(motion.impacts)
+    assert page.run("() => player.impactHere()") == f"impact 2 of {count}"
+
+
+def test_follow_comes_near(opened):
+    page, _ = opened
+    far = "() => viewer.camera.position.distanceTo(viewer.controls.target)"
+    page.page.get_by_role("button", name="Follow").click()
+    page.run("() => { stage.followed = stage.followed.slice(-1); }")
+    before = page.run(far)
+    page.run("() => stage.follow(true)")
+    assert page.run(far) < before
+
+
 def test_keys_step_seek_and_change_the_speed(opened, motion):
     page, shown = opened
     press = page.page.keyboard.press
