@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, SupportsIndex, cast, overload
 
 import numpy as np
 
@@ -36,6 +36,10 @@ Hits = tuple[tuple[float, Impact], ...]
 class Impacts(tuple[tuple[float, Impact], ...]):
     """(time [s], impact) in order of time."""
 
+    @overload
+    def __getitem__(self, key: SupportsIndex) -> tuple[float, Impact]: ...
+    @overload
+    def __getitem__(self, key: slice) -> Hits: ...
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):
             raise InputError(
