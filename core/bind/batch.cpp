@@ -1,5 +1,5 @@
 // Batches, as Python calls them.
-#include "batch.hpp"
+#include "batch/batch.hpp"
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
@@ -10,7 +10,7 @@
 #include "bind/given_scene.hpp"
 #include "bind/lanes.hpp"
 #include "bind/laws.hpp"
-#include "derivatives.hpp"
+#include "derivatives/derivatives.hpp"
 
 namespace nb = nanobind;
 

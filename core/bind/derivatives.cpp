@@ -1,5 +1,5 @@
 // Derivatives of one impact, as Python calls them.
-#include "derivatives.hpp"
+#include "derivatives/derivatives.hpp"
 
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
@@ -8,9 +8,10 @@
 
 #include "bind/given_scene.hpp"
 #include "bind/lanes.hpp"
-#include "blows.hpp"
-#include "meetings.hpp"
-#include "scene_impact.hpp"
+#include "impact/scene_impact.hpp"
+#include "scene/blows.hpp"
+#include "scene/frame_pair_states.hpp"
+#include "spatial/configuration.hpp"
 
 namespace nb = nanobind;
 

@@ -8,7 +8,7 @@
 
 #include "bind/arrays.hpp"
 #include "geometry/shapes.hpp"
-#include "meeting.hpp"
+#include "scene/contact_geometry.hpp"
 
 namespace impulsekit {
 namespace {

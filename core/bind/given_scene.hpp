@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "bind/arrays.hpp"
-#include "numbers.hpp"
-#include "scene.hpp"
+#include "linalg/numbers.hpp"
+#include "scene/scene.hpp"
 
 namespace impulsekit {
 

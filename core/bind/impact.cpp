@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "bind/given_scene.hpp"
-#include "scene_impact.hpp"
+#include "impact/scene_impact.hpp"
 
 namespace nb = nanobind;
 

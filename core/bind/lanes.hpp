@@ -1,7 +1,7 @@
 // The instruction set of batches and derivatives.
 #pragma once
 
-#include "lane_functions.hpp"
+#include "batch/lane_functions.hpp"
 
 namespace impulsekit {
 

@@ -9,9 +9,9 @@
 #include <memory>
 #include <optional>
 
-#include "laws/path.hpp"
-#include "laws/sequence.hpp"
-#include "laws/uniqueness.hpp"
+#include "contact/path.hpp"
+#include "contact/sequence.hpp"
+#include "contact/uniqueness.hpp"
 
 namespace nb = nanobind;
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bind/arrays.hpp"
-#include "laws/problem.hpp"
+#include "contact/problem.hpp"
 
 namespace impulsekit {
 

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "bind/laws.hpp"
-#include "impact.hpp"
+#include "impact/impact.hpp"
 
 namespace nb = nanobind;
 

@@ -2,7 +2,7 @@
 #include <nanobind/nanobind.h>
 
 #include "bind/arrays.hpp"
-#include "poll.hpp"
+#include "linalg/poll.hpp"
 
 namespace nb = nanobind;
 

@@ -11,7 +11,7 @@
 
 #include "bind/arrays.hpp"
 #include "bind/given_scene.hpp"
-#include "motion/configuration.hpp"
+#include "spatial/configuration.hpp"
 
 namespace nb = nanobind;
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "bind/given_scene.hpp"
-#include "rows.hpp"
+#include "scene/rows.hpp"
 
 namespace nb = nanobind;
 

@@ -1,8 +1,8 @@
 // Trees of bodies, as Python calls them.
-#include "tree.hpp"
+#include "spatial/tree.hpp"
 
-#include "articulated.hpp"
 #include "bind/arrays.hpp"
+#include "spatial/articulated.hpp"
 
 namespace nb = nanobind;
 

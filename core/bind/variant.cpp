@@ -1,7 +1,7 @@
 // The module of one instruction set: what runs on lanes, for impulsekit._core to call.
 #include <nanobind/nanobind.h>
 
-#include "lane_functions.hpp"
+#include "batch/lane_functions.hpp"
 
 NB_MODULE(IMPULSEKIT_VARIANT, module) {
     using namespace impulsekit;

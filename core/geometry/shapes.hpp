@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "numbers.hpp"
+#include "linalg/numbers.hpp"
 
 namespace impulsekit {
 

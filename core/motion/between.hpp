@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "meeting.hpp"
-#include "scene.hpp"
-#include "tree.hpp"
+#include "scene/contact_geometry.hpp"
+#include "scene/scene.hpp"
+#include "spatial/tree.hpp"
 
 namespace impulsekit {
 

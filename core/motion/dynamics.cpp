@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arena.hpp"
-#include "laws/dense.hpp"
-#include "laws/tolerances.hpp"
+#include "contact/tolerances.hpp"
+#include "linalg/arena.hpp"
+#include "linalg/dense.hpp"
 #include "motion/rest_law.hpp"
 
 namespace impulsekit {

@@ -5,11 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "laws/bilateral.hpp"
-#include "mass.hpp"
+#include "impact/bilateral.hpp"
 #include "motion/forces.hpp"
 #include "motion/holding.hpp"
 #include "motion/touching.hpp"
+#include "spatial/mass_factor.hpp"
 
 namespace impulsekit {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arena.hpp"
+#include "linalg/arena.hpp"
 
 namespace impulsekit {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "scene.hpp"
-#include "tree.hpp"
+#include "scene/scene.hpp"
+#include "spatial/tree.hpp"
 
 namespace impulsekit {
 

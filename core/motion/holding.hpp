@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "motion/between.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace impulsekit {
 

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arena.hpp"
+#include "impact/scene_impact.hpp"
+#include "linalg/arena.hpp"
 #include "motion/motion.hpp"
-#include "scene_impact.hpp"
 
 namespace impulsekit {
 namespace {

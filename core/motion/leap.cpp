@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "laws/dense.hpp"
-#include "motion/configuration.hpp"
+#include "linalg/dense.hpp"
 #include "motion/motion.hpp"
+#include "spatial/configuration.hpp"
 
 namespace impulsekit {
 namespace {

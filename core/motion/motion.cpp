@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "arena.hpp"
-#include "motion/configuration.hpp"
+#include "linalg/arena.hpp"
+#include "spatial/configuration.hpp"
 
 namespace impulsekit {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "coefficients.hpp"
-#include "impact.hpp"
+#include "impact/coefficients.hpp"
+#include "impact/impact.hpp"
+#include "integrator/stepper.hpp"
 #include "motion/dynamics.hpp"
-#include "steps/stepper.hpp"
 
 namespace impulsekit {
 

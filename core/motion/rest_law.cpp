@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arena.hpp"
-#include "laws/cones.hpp"
-#include "laws/dense.hpp"
-#include "laws/tolerances.hpp"
+#include "contact/cones.hpp"
+#include "contact/tolerances.hpp"
+#include "linalg/arena.hpp"
+#include "linalg/dense.hpp"
 
 namespace impulsekit {
 namespace {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arena.hpp"
-#include "motion/configuration.hpp"
+#include "linalg/arena.hpp"
 #include "motion/motion.hpp"
+#include "spatial/configuration.hpp"
 
 namespace impulsekit {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "arena.hpp"
-#include "meeting.hpp"
+#include "linalg/arena.hpp"
+#include "scene/contact_geometry.hpp"
 
 namespace impulsekit {
 namespace {

@@ -5,10 +5,10 @@
 #include <limits>
 #include <vector>
 
-#include "batch.hpp"
 #include "geometry/shapes.hpp"
+#include "impact/coefficients.hpp"
 #include "motion/between.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace impulsekit {
 

@@ -35,7 +35,7 @@ def reach_of(tree: Tree, at: Kinematics) -> float:
 
 # [rad] A row is dependent if, scaled to unit length, it stands less than this out of the span of
 # the others; and zero if its entries are less than this share of the terms they are sums of. Loops
-# closed by hand are off by about as much. ``core/laws/tolerances.hpp`` has the core's own.
+# closed by hand are off by about as much. ``core/contact/tolerances.hpp`` has the core's own.
 RANK_TOLERANCE = 1e-7
 # [rad] A row that is one axis of a vector is dependent if it stands less than this out of the span
 # of the others, in the length of the longest of its axes: what the digits of files leave of a loop

@@ -1,6 +1,6 @@
 """Rows of an entry of a scene: between two frames, or of joints' own speeds.
 
-The core makes rows of them, ``core/rows.hpp``.
+The core makes rows of them, ``core/scene/rows.hpp``.
 """
 
 from __future__ import annotations

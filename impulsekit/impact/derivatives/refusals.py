@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["edge_words", "refuse_what_has_none", "refuse_what_was_not_found"]
 
-# As ``core/derivatives.cpp`` numbers them; {other} is another contact.
+# As ``core/derivatives/derivatives.cpp`` numbers them; {other} is another contact.
 _EDGES = (
     "it hardly presses and hardly parts",
     "it sticks with its impulse at the edge of the cone",
@@ -29,7 +29,7 @@ _EDGES = (
     "slip ends just as the compression or the impact does",
     "it hardly slips when it meets",
 )
-# As ``core/derivatives.hpp`` numbers what is not differentiated; {name} is a contact.
+# As ``core/derivatives/derivatives.hpp`` numbers what is not differentiated; {name} is a contact.
 _UNAVAILABLE = (
     "",
     "friction holds all that moves, or draws the contact in again (Painlevé); there the impulse "

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FlatModel", "body_numbers", "flat_model", "flat_model_of"]
 
-# As ``core/model.hpp`` numbers joints.
+# As ``core/spatial/model.hpp`` numbers joints.
 ANGLE, CIRCLE, SLIDE, HELIX, BALL, FREE, PLANAR, TRANSLATION, ELLIPSOID = range(9)
 _KINDS = {
     **{f"JointModelR{axis}": ANGLE for axis in "XYZ"},

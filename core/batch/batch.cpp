@@ -1,0 +1,548 @@
+#include "batch/batch.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+#include "contact/tolerances.hpp"
+#include "derivatives/derivatives.hpp"
+#include "impact/scene_impact.hpp"
+#include "scene/blows.hpp"
+#include "scene/frame_pair_states.hpp"
+#include "spatial/articulated.hpp"
+#include "spatial/configuration.hpp"
+#include "spatial/tree.hpp"
+
+namespace impulsekit {
+namespace {
+
+// As impulsekit.Status has them.
+enum Code : std::int8_t {
+    kInaccurate = 1,
+    kNotFinite = 9,
+    kOffManifold = 10,
+    kSingularMass = 12,
+    kContradiction = 13,
+    kRefused = 14,
+    kNearlyDependent = 15,
+};
+
+// How far a quaternion, or a cosine and sine, may be off unit length.
+constexpr double kUnit = 1e-6;
+// Blocks of eight rows that a thread takes at once.
+constexpr int kPiece = 32;
+
+double get(const Pack& x, int lane) { return x[lane]; }
+
+// NaN in the lanes that hold a NaN or an infinity, else 0.
+Pack flaw(const std::vector<Pack>& x) {
+    Pack sum{};
+    for (const Pack& entry : x) sum += entry * 0.0;
+    return sum;
+}
+
+// One thread's room for eight states.
+class Block {
+  public:
+    explicit Block(const Batch& batch)
+        : b_(batch),
+          scene_(*batch.scene),
+          model_(*batch.scene->model),
+          tree_(model_),
+          articulated_(model_),
+          rows_(scene_),
+          q_(model_.nq),
+          v_(model_.nv),
+          given_(6 * scene_.blows.size() + scene_.kicks.size()),
+          tau_(model_.nv),
+          impulse_(model_.nv),
+          dv_(model_.nv),
+          M_(model_.nv * model_.nv),
+          units_(units_of(model_)),
+          struck_(model_.bodies.size(), 0),
+          turned_(model_.bodies.size(), 0),
+          lane_tree_(model_),
+          derivation_(scene_, *batch.law) {
+        for (const Blow& blow : scene_.blows)
+            for (int k = blow.site.body; k > 0; k = model_.bodies[k].parent) {
+                struck_[k] = 1;
+                turned_[k] = turned_[k] || !blow.is_local;
+            }
+        for (int v : scene_.kicks)
+            for (const Slot& slot : model_.slots)
+                if (slot.v == v)
+                    for (int k = slot.body; k > 0; k = model_.bodies[k].parent) struck_[k] = 1;
+        by_articulated_ = scene_.held.empty() && scene_.contacts.empty() && !model_.has_followers &&
+                          !model_.has_ellipsoids && batch.is_regular;
+        needs_loads_ = batch.out.reactions || batch.out.bodies;
+    }
+
+    void solve(int block) {
+        first_ = block * kLanes;
+        count_ = std::min(kLanes, b_.in.size - first_);
+        read();
+        if (by_articulated_)
+            strike_freely();
+        else
+            strike_rows();
+        write();
+        if (needs_loads_) load();
+        if (b_.out.existence && by_articulated_) differentiate_freely();
+    }
+
+  private:
+    static Pack largest_of(const std::vector<Pack>& numbers) {
+        Pack most{};
+        for (const Pack& x : numbers) {
+            const Pack size = x < 0.0 ? -x : x;
+            most = size > most ? size : most;
+        }
+        return most;
+    }
+
+    int row_of(int lane) const { return first_ + std::min(lane, count_ - 1); }
+
+    void gather(const Column& column, std::vector<Pack>& to) {
+        for (int k = 0; k < kLanes; ++k) {
+            const double* from = column.row(row_of(k));
+            for (std::size_t i = 0; i < to.size(); ++i) to[i][k] = from[i];
+        }
+    }
+
+    void read() {
+        gather(b_.in.q, q_);
+        gather(b_.in.v, v_);
+        if (!given_.empty()) gather(b_.in.impulses, given_);
+        const Pack flaws = flaw(q_) + flaw(v_) + flaw(given_);
+        Pack off{};
+        for (const auto& [first, count] : units_) {
+            Pack square{};
+            for (int i = first; i < first + count; ++i) square += q_[i] * q_[i];
+            const Pack one = root(square) - 1.0;
+            off = one * one > off ? one * one : off;
+        }
+        for (int k = 0; k < count_; ++k) {
+            std::int8_t& code = b_.out.codes[first_ + k];
+            code = b_.in.codes[first_ + k];
+            if (code != 0) continue;
+            if (flaws[k] != 0.0)
+                code = kNotFinite;
+            else if (off[k] > kUnit * kUnit)
+                code = kOffManifold;
+        }
+        std::fill(tau_.begin(), tau_.end(), Pack{});
+        for (std::size_t i = 0; i < scene_.kicks.size(); ++i)
+            tau_[scene_.kicks[i]] += given_[6 * scene_.blows.size() + i];
+    }
+
+    // What links whose masses vary add to a body.
+    bool more_of(int body, Inertia<Pack>& more) const {
+        bool found = false;
+        for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
+            const Load& load = scene_.loads[i];
+            if (load.body != body) continue;
+            Pack share{};
+            for (int k = 0; k < kLanes; ++k) share[k] = b_.in.masses.row(row_of(k))[i] - 1.0;
+            const double* m = load.inertia;
+            more.mass += share * load.mass;
+            more.moment += vec3<Pack>(load.moment) * share;
+            more.about = more.about + Sym3<Pack>{share * m[0], share * m[1], share * m[2],
+                                                 share * m[3], share * m[4], share * m[5]};
+            found = true;
+        }
+        return found;
+    }
+
+    Inertia<Pack> inertia_at(int body) const {
+        Inertia<Pack> own = inertia_of<Pack>(model_.bodies[body]), more;
+        if (scene_.loads.empty() || !more_of(body, more)) return own;
+        return {own.mass + more.mass, own.moment + more.moment, own.about + more.about};
+    }
+
+    // Known impulses on a tree without rows.
+    void strike_freely() {
+        auto& a = articulated_;
+        a.place(q_.data());
+        for (int k = 1; k < a.count() && !scene_.loads.empty(); ++k)
+            a.set_inertia(k, inertia_at(k));
+        a.factor();
+        for (int k = 1; k < a.count(); ++k)
+            if (turned_[k]) {
+                const int parent = model_.bodies[k].parent;
+                tree_.rotation[k] =
+                    turned_on(tree_.rotation[parent], model_.bodies[k], a.stance[k]);
+            }
+        auto press = [&] {
+            std::fill(a.wrench.begin(), a.wrench.end(), Spatial<Pack>{});
+            for (std::size_t i = 0; i < scene_.blows.size(); ++i) {
+                const int body = scene_.blows[i].site.body;
+                a.wrench[body] +=
+                    wrench_of(scene_.blows[i], given_.data() + 6 * i, tree_.rotation[body], true);
+            }
+        };
+        press();
+        a.respond(struck_.data(), tau_.data(), dv_.data());
+        if (b_.out.generalized_impulse || b_.out.energy_change) {
+            press();
+            a.collect(struck_.data(), tau_.data(), impulse_.data());
+        }
+        const Pack flaws = flaw(dv_), blows = largest_of(given_), jumps = largest_of(dv_);
+        for (int k = 0; k < count_; ++k) {
+            std::int8_t& code = b_.out.codes[first_ + k];
+            if (code != 0) continue;
+            if (flaws[k] != 0.0)
+                code = kSingularMass;
+            else if (std::fpclassify(blows[k]) == FP_SUBNORMAL ||
+                     std::fpclassify(jumps[k]) == FP_SUBNORMAL)
+                code = kInaccurate;  // such numbers have lost digits
+        }
+        if (needs_loads_ || b_.out.existence) {
+            tree_.place(q_.data());
+            multipliers_.assign(1, Pack{});
+        }
+    }
+
+    void strike_rows() {
+        tree_.place(q_.data());
+        for (int k = 1; k < tree_.count(); ++k)
+            tree_.gathered[k] = tree_.in_world(k, inertia_at(k));
+        tree_.mass_matrix(M_.data());
+        press_blows(scene_, given_.data(), tree_);
+        tree_.gather(impulse_.data());
+        for (int i = 0; i < model_.nv; ++i) impulse_[i] += tau_[i];
+        for (int k = 0; k < kLanes; ++k) state_[k] = given_of(row_of(k));
+        rows_.fill(tree_, q_.data(), v_.data(), state_);
+        impulses_.assign(3 * rows_.touches.size(), Pack{});
+        moments_.assign(3 * rows_.touches.size(), Pack{});
+        multipliers_.assign(scene_.rows() + 1, Pack{});
+        std::fill(dv_.begin(), dv_.end(), Pack{});
+        for (int k = 0; k < count_; ++k) {
+            if (b_.out.existence) leave_slopes(first_ + k);
+            if (b_.out.codes[first_ + k] == 0) solve_lane(k);
+        }
+    }
+
+    // A row without slopes, until some are found.
+    void leave_slopes(std::size_t row) {
+        const std::size_t size = sets() * b_.in.parameters.size();
+        std::fill_n(b_.out.slopes + row * size, size, std::numeric_limits<double>::quiet_NaN());
+        b_.out.existence[row] = static_cast<std::int8_t>(Existence::no_impact);
+    }
+
+    std::size_t sets() const { return b_.in.weights.data ? 1 : b_.in.results.size(); }
+
+    // Weights of all results, set by set.
+    void weigh(int row) {
+        const std::size_t results = derivation_.results();
+        weights_.assign(sets() * results, 0.0);
+        if (const double* given = b_.in.weights.row(row))
+            std::copy(given, given + results, weights_.begin());
+        else
+            for (std::size_t i = 0; i < sets(); ++i) weights_[i * results + b_.in.results[i]] = 1.0;
+    }
+
+    void differentiate(int k, int row, const ImpactProblem& p) {
+        const Status status = solution_.contact.status;
+        if (solution_.failure != ImpactSolution::Failure::none ||
+            (status != Status::solved && status != Status::energy_gain))
+            return;
+        take_lane(tree_, k, lane_tree_);
+        Differentiated d;
+        d.is_closed = find_meetings(rows_, lane_tree_, k, lane_, meetings_, derivation_.contact);
+        entries_.clear();
+        for (const StateRows::Point& point : lane_.points) entries_.push_back(point.entry);
+        d.tree = &lane_tree_;
+        d.problem = &p;
+        d.solution = &solution_;
+        d.entries = entries_.data();
+        d.meetings = meetings_.data();
+        d.impulses = b_.in.impulses.row(row);
+        d.masses = b_.in.masses.row(row);
+        d.has_own_restitution = !b_.in.restitution.data;
+        derivation_.set(d);
+        b_.out.existence[row] = static_cast<std::int8_t>(derivation_.existence);
+        if (derivation_.unavailable != Unavailable::none) return;
+        weigh(row);
+        const std::size_t width = derivation_.slopes(), count = b_.in.parameters.size();
+        slopes_.resize(sets() * width);
+        pull_back_all(derivation_, weights_.data(), static_cast<int>(sets()), slopes_.data());
+        double* to = b_.out.slopes + row * sets() * count;
+        for (std::size_t i = 0; i < sets(); ++i)
+            for (std::size_t j = 0; j < count; ++j)
+                to[i * count + j] = is_determined(i) ? slopes_[i * width + b_.in.parameters[j]]
+                                                     : std::numeric_limits<double>::quiet_NaN();
+    }
+
+    // Whether what a set of weights sums up is determined: not a share of redundant loads.
+    bool is_determined(std::size_t set) const {
+        const double* w = weights_.data() + set * derivation_.results() + model_.nv;
+        for (int r = 0; r < scene_.rows(); ++r)
+            if (w[r] != 0.0 && !derivation_.determined[r]) return false;
+        w += scene_.rows();
+        for (std::size_t i = 0; i < entries_.size(); ++i)
+            if (!solution_.contact.unique[i])
+                for (int j = 0; j < 3; ++j)
+                    if (w[3 * entries_[i] + j] != 0.0) return false;
+        return true;
+    }
+
+    // Of known impulses alone, eight rows side by side.
+    void differentiate_freely() {
+        const std::size_t results = derivation_.results(), count = b_.in.parameters.size();
+        std::vector<Inertia<Pack>> inertias(tree_.count());
+        for (int k = 1; k < tree_.count(); ++k) inertias[k] = tree_.in_world(k, inertia_at(k));
+        const std::vector<char> all(tree_.count(), 1);
+        std::vector<Pack> w(model_.nv), x(model_.nv), slopes(derivation_.slopes());
+        for (int k = 0; k < count_; ++k) {
+            leave_slopes(first_ + k);
+            if (b_.out.codes[first_ + k] == 0)
+                b_.out.existence[first_ + k] = static_cast<std::int8_t>(Existence::exists);
+        }
+        for (std::size_t i = 0; i < sets(); ++i) {
+            for (int k = 0; k < kLanes; ++k) {
+                weigh(row_of(k));
+                for (int j = 0; j < model_.nv; ++j) w[j][k] = weights_[i * results + j];
+            }
+            std::fill(articulated_.wrench.begin(), articulated_.wrench.end(), Spatial<Pack>{});
+            articulated_.respond(all.data(), w.data(), x.data());
+            pull_back_blows(scene_, tree_, inertias.data(), given_.data(), w.data(), x.data(),
+                            dv_.data(), slopes.data());
+            for (int k = 0; k < count_; ++k) {
+                const std::size_t row = first_ + k;
+                if (b_.out.codes[row] != 0) continue;
+                for (std::size_t j = 0; j < count; ++j)
+                    b_.out.slopes[(row * sets() + i) * count + j] = slopes[b_.in.parameters[j]][k];
+            }
+        }
+    }
+
+    GivenState given_of(int row) const {
+        GivenState given;
+        given.function_rows = b_.in.function_rows.row(row);
+        given.function_contacts = b_.in.function_contacts.row(row);
+        given.points = b_.in.points.row(row);
+        return given;
+    }
+
+    void solve_lane(int k) {
+        const int nv = model_.nv, row = first_ + k;
+        std::int8_t& code = b_.out.codes[row];
+        rows_.take(tree_, k, lane_);
+        if (lane_.without_line >= 0 || lane_.without_ellipse >= 0) {
+            code = kRefused;
+            return;
+        }
+        if (b_.out.gaps) write_gaps(row);
+        numbers_.resize(nv * nv + 2 * nv);
+        double *M = numbers_.data(), *v = M + nv * nv, *blow = v + nv;
+        for (int i = 0; i < nv * nv; ++i) M[i] = get(M_[i], k);
+        for (int i = 0; i < nv; ++i) v[i] = get(v_[i], k), blow[i] = get(impulse_[i], k);
+        ImpactProblem p = problem_of(scene_, lane_, b_.law->law);
+        p.M = M;
+        p.v = v;
+        if (!given_.empty()) p.impulse = blow;
+        coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
+        solve_impact(p, solution_);
+        code = static_cast<std::int8_t>(code_of(solution_));
+        if (b_.out.existence) differentiate(k, row, p);
+        if (solution_.failure != ImpactSolution::Failure::none) return;
+        keep(k, M);
+    }
+
+    // Bring what was found back into the lane, and out.
+    void keep(int k, const double* M) {
+        const int nv = model_.nv;
+        const ImpactSolution& s = solution_;
+        for (int i = 0; i < nv; ++i) dv_[i][k] = s.dv[i];
+        if (b_.out.generalized_impulse || b_.out.energy_change)
+            for (int i = 0; i < nv; ++i) {
+                double sum = 0.0;
+                for (int j = 0; j < nv; ++j) sum += M[i * nv + j] * s.dv[j];
+                impulse_[i][k] = sum;
+            }
+        for (std::size_t i = 0; i < s.multipliers.size(); ++i)
+            multipliers_[i][k] = s.multipliers[i];
+        const std::size_t points = lane_.points.size();
+        for (std::size_t i = 0; i < points; ++i)
+            for (int j = 0; j < 3; ++j)
+                impulses_[3 * lane_.touch_of[i] + j][k] = s.contact.impulse[3 * i + j];
+        for (std::size_t i = 0; i < lane_.turning_of.size(); ++i)
+            for (int j = 0; j < 3; ++j)
+                moments_[3 * lane_.touch_of[lane_.turning_of[i]] + j][k] =
+                    s.contact.impulse[3 * (points + i) + j];
+        if (b_.out.constraint_impulses)
+            std::copy(s.multipliers.begin(), s.multipliers.end(),
+                      b_.out.constraint_impulses + (first_ + k) * s.multipliers.size());
+        if (b_.out.contact_impulses || b_.out.normal_components) write_contacts(first_ + k);
+    }
+
+    void write_gaps(std::size_t row) {
+        const std::size_t n = scene_.contacts.size();
+        double* gaps = b_.out.gaps + row * n;
+        std::fill(gaps, gaps + n, std::numeric_limits<double>::quiet_NaN());
+        for (const StateRows::Point& point : lane_.points)
+            if (!(gaps[point.entry] <= point.gap)) gaps[point.entry] = point.gap;
+    }
+
+    // By entry: the impulse in world axes (of a stop along its coordinate); and of the points that
+    // carry one the mean u_n before and after, and the sum of P_n.
+    void write_contacts(std::size_t row) {
+        const std::size_t n = scene_.contacts.size();
+        totals_.assign(6 * n, 0.0);
+        loaded_.assign(n, 0);
+        for (std::size_t i = 0; i < lane_.points.size(); ++i) {
+            const StateRows::Point& point = lane_.points[i];
+            const double* P = solution_.contact.impulse.data() + 3 * i;
+            double* to = totals_.data() + 6 * point.entry;
+            const Contact& contact = scene_.contacts[point.entry];
+            if (contact.kind == Contact::stop)
+                to[0] += lane_.J[(3 * i + 2) * model_.nv + contact.v] * P[2];
+            else
+                for (int j = 0; j < 3; ++j)
+                    to[j] += point.axes[3 * j] * P[0] + point.axes[3 * j + 1] * P[1] +
+                             point.axes[3 * j + 2] * P[2];
+            if (P[0] == 0.0 && P[1] == 0.0 && P[2] == 0.0) continue;
+            ++loaded_[point.entry];
+            to[3] += solution_.before[3 * i + 2];
+            to[4] += solution_.contact.after[3 * i + 2];
+            to[5] += P[2];
+        }
+        for (std::size_t e = 0; e < n; ++e) {
+            const double* from = totals_.data() + 6 * e;
+            const double share = loaded_[e] > 0 ? 1.0 / loaded_[e] : 0.0;
+            const double normal[3] = {from[3] * share, from[4] * share, from[5]};
+            if (b_.out.contact_impulses)
+                std::copy(from, from + 3, b_.out.contact_impulses + 3 * (row * n + e));
+            if (b_.out.normal_components)
+                std::copy(normal, normal + 3, b_.out.normal_components + 3 * (row * n + e));
+        }
+    }
+
+    void write() {
+        write(dv_, b_.out.dv);
+        write(impulse_, b_.out.generalized_impulse);
+        if (b_.out.energy_change) {
+            Pack energy{};
+            for (int i = 0; i < model_.nv; ++i) energy += impulse_[i] * (v_[i] + 0.5 * dv_[i]);
+            for (int k = 0; k < count_; ++k) b_.out.energy_change[first_ + k] = energy[k];
+        }
+        if (b_.out.v_after) {
+            for (int i = 0; i < model_.nv; ++i) v_[i] += dv_[i];
+            write(v_, b_.out.v_after);
+        }
+    }
+
+    void write(const std::vector<Pack>& x, double* out) const {
+        if (!out) return;
+        const std::size_t width = x.size();
+        for (int k = 0; k < count_; ++k) {
+            double* to = out + (first_ + k) * width;
+            for (std::size_t i = 0; i < width; ++i) to[i] = x[i][k];
+        }
+    }
+
+    // What each joint carries, and how links move.
+    void load() {
+        tree_.move(dv_.data());
+        press_blows(scene_, given_.data(), tree_);
+        if (!by_articulated_)
+            rows_.press(tree_, impulses_.data(), moments_.data(), multipliers_.data());
+        for (int k = 1; k < tree_.count(); ++k)
+            tree_.wrench[k] = tree_.in_world(k, inertia_at(k)) * tree_.twist[k] - tree_.wrench[k];
+        tree_.gather(impulse_.data());
+        for (std::size_t j = 0; j < b_.joints.size() && b_.out.reactions; ++j)
+            put(tree_.wrench[b_.joints[j]], b_.out.reactions, j, b_.joints.size());
+        for (std::size_t j = 0; j < b_.links.size() && b_.out.bodies; ++j) {
+            const int body = b_.links[j].body;
+            const Vec3<Pack> arm = tree_.rotation[body] * vec3<Pack>(b_.links[j].centre);
+            put(twist_at(tree_.twist[body], arm), b_.out.bodies, j, b_.links.size());
+        }
+    }
+
+    void put(const Spatial<Pack>& x, double* out, std::size_t j, std::size_t count) const {
+        for (int k = 0; k < count_; ++k) {
+            const double entries[6] = {get(x.linear.x, k),  get(x.linear.y, k),
+                                       get(x.linear.z, k),  get(x.angular.x, k),
+                                       get(x.angular.y, k), get(x.angular.z, k)};
+            std::copy(entries, entries + 6, out + 6 * ((first_ + k) * count + j));
+        }
+    }
+
+    const Batch& b_;
+    const Scene& scene_;
+    const Model& model_;
+    Tree<Pack> tree_;
+    ArticulatedTree<Pack> articulated_;
+    Rows<Pack> rows_;
+    std::vector<Pack> q_, v_, given_, tau_, impulse_, dv_, M_;
+    std::vector<Pack> impulses_, moments_, multipliers_;
+    std::vector<std::pair<int, int>> units_;
+    std::vector<char> struck_, turned_;
+    bool by_articulated_ = false, needs_loads_ = false;
+    int first_ = 0, count_ = 0;
+    GivenState state_[kLanes];
+    StateRows lane_;
+    ImpactSolution solution_;
+    std::vector<double> numbers_, totals_;
+    PointCoefficients coefficients_;
+    std::vector<int> loaded_;
+    Tree<double> lane_tree_;
+    Derivation derivation_;
+    std::vector<Meeting<double>> meetings_;
+    std::vector<int> entries_;
+    std::vector<double> weights_, slopes_;
+};
+
+// Pieces of a batch, handed to whoever asks; the first exception ends it.
+struct Work {
+    const Batch& batch;
+    int blocks, piece;
+    std::atomic<int> next{0}, done{0};
+    std::mutex lock;
+    std::exception_ptr error;
+
+    void stop() {
+        const std::lock_guard<std::mutex> guard(lock);
+        if (!error) error = std::current_exception();
+        next = blocks;
+    }
+
+    // Solve pieces until none is left. `look` of the calling thread, else null.
+    void run(const std::function<void(int)>* look) {
+        try {
+            Block block(batch);
+            for (int begin; (begin = next.fetch_add(piece)) < blocks;) {
+                const int end = std::min(begin + piece, blocks);
+                for (int i = begin; i < end; ++i) block.solve(i);
+                done += std::min(end * kLanes, batch.in.size) - begin * kLanes;
+                if (look) (*look)(done);
+            }
+        } catch (...) {
+            stop();
+        }
+    }
+};
+
+}  // namespace
+
+void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& look) {
+    const int blocks = (batch.in.size + kLanes - 1) / kLanes;
+    threads = std::max(1, std::min(threads, blocks));
+    Work work{batch, blocks, std::max(1, std::min(kPiece, blocks / threads)), {}, {}, {}, {}};
+    std::vector<std::thread> others;
+    try {
+        for (int i = 1; i < threads; ++i) others.emplace_back([&] { work.run(nullptr); });
+    } catch (...) {
+        work.stop();
+    }
+    work.run(&look);
+    for (std::thread& other : others) other.join();
+    if (work.error) std::rethrow_exception(work.error);
+    look(work.done);
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,14 @@
+// The functions that run on lanes, which are compiled once for each instruction set.
+#pragma once
+
+#include "batch/batch.hpp"
+#include "derivatives/derivatives.hpp"
+
+namespace impulsekit {
+
+struct LaneFunctions {
+    decltype(&impulsekit::solve_rows) solve_rows;
+    decltype(&impulsekit::pull_back_all) pull_back_all;
+};
+
+}  // namespace impulsekit

@@ -1,0 +1,50 @@
+// The one cone solver: contacts that push, each with cones of friction over its normal impulse.
+#pragma once
+
+#include <vector>
+
+#include "linalg/arena.hpp"
+
+namespace impulsekit {
+
+// n contacts in the rows of P, ξ = W P + b. With P_n the impulse along a contact's normal,
+//     P_n >= floor,  ξ_n >= 0,  (P_n − floor) ξ_n = 0,
+// and for each group g of one or two rows
+//     |P_g| <= µ_g (P_n + A),  P_g = −µ_g (P_n + A) ξ_g/|ξ_g| where ξ_g is not 0.
+// A contact that only pushes has floor 0 and A = 0; one that holds a pull of A has floor −A
+// (Moreau's unilateral contact shifted along its normal; Raous, Cangémi & Cocu 1999 for the cone).
+// A group whose contact is −1 has a radius of its own in place of µ (P_n + A): |P_g| <= µ_g [N s].
+// Coulomb's friction is a group of the two tangents; rolling friction one of two moments, torsional
+// friction one of one moment, with µ_g a length.
+struct Cones {
+    std::vector<int> normal;       // (n) row of each contact's normal
+    std::vector<double> floor;     // (n) [N s]
+    std::vector<double> adhesion;  // (n) A [N s]
+    std::vector<int> first;        // (g) first row of each group
+    std::vector<int> size;         // (g) 1 or 2
+    std::vector<int> contact;      // (g) whose normal impulse bounds it; −1 for none
+    std::vector<double> friction;  // (g) µ_g
+};
+
+struct ConeSolution {
+    double residual = 0.0;     // of the natural map, relative
+    int steps = 0;             // of Newton's method
+    bool immovable = false;    // a contact approaches that no impulse moves
+    bool infeasible = false;   // no impulse makes all ξ_n >= 0
+    std::vector<char> unique;  // (n) whether the contact's impulse is determined
+};
+
+// Solve for P (rows), which is overwritten. `scale`: the size of the velocities from which b came
+// [m/s], against which rounding counts; W is (rows, rows).
+ConeSolution solve_cones(const double* W, int rows, const double* b, double scale,
+                         const Cones& cones, double* P);
+
+// The residual of a given P, as `solve_cones` measures it.
+double cone_residual(const double* W, int rows, const double* b, double scale, const Cones& cones,
+                     const double* P);
+
+// Newton's method from a given P, which is overwritten; for what is looked for near it.
+void newton_on_cones(const double* W, int rows, const double* b, double scale, const Cones& cones,
+                     double* P);
+
+}  // namespace impulsekit

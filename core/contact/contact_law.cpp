@@ -1,0 +1,271 @@
+// From a problem and a law to the program of that law: what all laws have in common.
+#include <algorithm>
+#include <cmath>
+
+#include "contact/friction.hpp"
+#include "contact/lzb.hpp"
+#include "contact/path.hpp"
+#include "contact/problem.hpp"
+#include "contact/sequence.hpp"
+#include "contact/simultaneous.hpp"
+#include "contact/tolerances.hpp"
+#include "linalg/dense.hpp"
+
+namespace impulsekit {
+namespace {
+
+ContactSolution solve_plain(const ContactProblem& problem, const Law& law);
+
+ContactSolution empty_solution(const ContactProblem& problem) {
+    const int rows = problem.rows(), count = problem.contacts + problem.turning;
+    ContactSolution solution;
+    solution.impulse.assign(rows, 0.0);
+    solution.after.assign(problem.free, problem.free + rows);
+    solution.start = solution.after;
+    solution.normal_work.assign(count, 0.0);
+    solution.friction_work.assign(count, 0.0);
+    solution.unique.assign(count, 1);
+    return solution;
+}
+
+// The contacts that W couples with each other: (contacts) number of each one's island.
+int find_islands(const ContactProblem& problem, std::vector<int>& island) {
+    const int n = problem.contacts, rows = problem.rows();
+    island.assign(n, -1);
+    int count = 0;
+    std::vector<int> queue;
+    for (int start = 0; start < n; ++start) {
+        if (island[start] >= 0) continue;
+        island[start] = count;
+        queue.assign(1, start);
+        while (!queue.empty()) {
+            int i = queue.back();
+            queue.pop_back();
+            int from = problem.friction[i] > tolerance::negligible ? 0 : 2;
+            for (int j = 0; j < n; ++j) {
+                if (island[j] >= 0) continue;
+                int to = problem.friction[j] > tolerance::negligible ? 0 : 2;
+                bool coupled = false;
+                for (int k = from; k < 3; ++k)
+                    for (int l = to; l < 3; ++l)
+                        coupled = coupled || problem.W[(3 * i + k) * rows + 3 * j + l] != 0.0;
+                if (!coupled) continue;
+                island[j] = count;
+                queue.push_back(j);
+            }
+        }
+        ++count;
+    }
+    return count;
+}
+
+// The worse of two statuses, those of no answer last.
+Status worse(Status a, Status b) { return static_cast<int>(a) > static_cast<int>(b) ? a : b; }
+
+// Contacts that do not act on each other, each island as if the others were not there.
+ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
+                              const std::vector<int>& island, int count) {
+    const int n = problem.contacts, rows = problem.rows();
+    ContactSolution all = empty_solution(problem);
+    for (int number = 0; number < count; ++number) {
+        std::vector<int> members;
+        for (int i = 0; i < n; ++i)
+            if (island[i] == number) members.push_back(i);
+        const int own = static_cast<int>(members.size());
+        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(5 * own);
+        for (int a = 0; a < own; ++a) {
+            for (int k = 0; k < 3; ++k) {
+                int r = 3 * members[a] + k;
+                before[3 * a + k] = problem.before[r];
+                free[3 * a + k] = problem.free[r];
+                for (int c = 0; c < own; ++c)
+                    for (int l = 0; l < 3; ++l)
+                        W[(3 * a + k) * 3 * own + 3 * c + l] =
+                            problem.W[r * rows + 3 * members[c] + l];
+            }
+            numbers[a] = problem.restitution[members[a]];
+            numbers[own + a] = problem.friction[members[a]];
+            numbers[2 * own + a] = problem.tangential[members[a]];
+            numbers[3 * own + a] = problem.stiffness ? problem.stiffness[members[a]] : 0.0;
+            numbers[4 * own + a] = problem.adhesion ? problem.adhesion[members[a]] : 0.0;
+        }
+        ContactProblem part;
+        part.contacts = own;
+        part.W = W.data();
+        part.before = before.data();
+        part.free = free.data();
+        part.restitution = numbers.data();
+        part.friction = numbers.data() + own;
+        part.tangential = numbers.data() + 2 * own;
+        part.stiffness = problem.stiffness ? numbers.data() + 3 * own : nullptr;
+        part.adhesion = problem.adhesion ? numbers.data() + 4 * own : nullptr;
+        ContactSolution found = solve_plain(part, law);
+        if (!found.refused.empty()) return found;
+        for (int a = 0; a < own; ++a) {
+            int i = members[a];
+            for (int k = 0; k < 3; ++k) {
+                all.impulse[3 * i + k] = found.impulse[3 * a + k];
+                all.after[3 * i + k] = found.after[3 * a + k];
+                all.start[3 * i + k] = found.start[3 * a + k];
+            }
+            all.normal_work[i] = found.normal_work[a];
+            all.friction_work[i] = found.friction_work[a];
+            all.unique[i] = found.unique[a];
+        }
+        all.status = worse(all.status, found.status);
+        all.residual = std::max(all.residual, found.residual);
+        all.iterations += found.iterations;
+        all.tied = all.tied || found.tied;
+    }
+    // Along tangents without friction contacts of other islands may move them.
+    multiply(problem.W, rows, all.impulse.data(), problem.free, all.after.data());
+    return all;
+}
+
+// Slip along the path of the one contact that acts, the others parting or at rest.
+ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) {
+    const int n = problem.contacts, rows = problem.rows();
+    auto approach = [&](int i) {
+        double target = law.restitution == Restitution::newton
+                            ? problem.restitution[i] * std::min(problem.before[3 * i + 2], 0.0)
+                            : 0.0;
+        return problem.free[3 * i + 2] + target;
+    };
+    double scale = 0.0;
+    for (int i = 0; i < n; ++i) scale = std::max(scale, std::abs(approach(i)));
+    int acting = 0, last = 0;
+    bool rubs = false;
+    for (int i = 0; i < n; ++i) {
+        rubs = rubs || problem.friction[i] > 0.0;
+        if (approach(i) < -tolerance::at_rest * scale) {
+            ++acting;
+            last = i;
+        }
+    }
+    // Of one contact alone rounding cannot hide an approach.
+    if (n == 1) acting = 1;
+    if (acting == 1) {
+        double W[9];
+        for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l)
+                W[3 * k + l] = problem.W[(3 * last + k) * rows + 3 * last + l];
+        Restitution own =
+            law.restitution == Restitution::lzb ? Restitution::stronge : law.restitution;
+        PathImpact impact = follow_path(W, problem.before[3 * last + 2], problem.free + 3 * last,
+                                        problem.restitution[last], problem.friction[last], own);
+        ContactSolution solution = empty_solution(problem);
+        std::copy(impact.impulse, impact.impulse + 3, solution.impulse.begin() + 3 * last);
+        multiply(problem.W, rows, solution.impulse.data(), problem.free, solution.after.data());
+        bool alone = true;
+        for (int i = 0; i < n; ++i)
+            alone =
+                alone && (i == last || solution.after[3 * i + 2] >= -tolerance::at_rest * scale);
+        if (alone || impact.status > Status::energy_gain) {
+            solution.normal_work[last] = impact.normal_work;
+            solution.friction_work[last] = impact.friction_work;
+            solution.status = impact.status;
+            solution.residual = impact.residual;
+            return solution;
+        }
+    }
+    if (acting == 0 || (!rubs && law.restitution != Restitution::stronge)) {
+        // Nothing acts or nothing rubs: both slips are the same.
+        std::vector<double> smooth(n, 0.0);
+        ContactProblem plain = problem;
+        plain.friction = smooth.data();
+        Law end = law;
+        end.slip = Slip::end;
+        if (law.restitution == Restitution::stronge) end.restitution = Restitution::poisson;
+        return solve_simultaneous(plain, end);
+    }
+    ContactSolution refusal;
+    std::string what =
+        law.restitution == Restitution::stronge ? "restitution=\"stronge\"" : "slip=\"path\"";
+    refusal.refused = "contacts: more than one of the " + std::to_string(n) +
+                      " contacts would take part at once; " + what +
+                      " follows one contact along its impact, and how several share it is not "
+                      "defined. Use Law(order=\"sequential\"), or slip=\"end\" with Newton's or "
+                      "Poisson's restitution";
+    return refusal;
+}
+
+// A law whose coefficients are numbers.
+ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
+    if (law.order == Order::sequential) return solve_sequence(problem, law);
+    if (law.restitution == Restitution::lzb && problem.contacts > 1)
+        return solve_lzb(problem, law.exponent);
+    if (law.slip == Slip::path) return solve_along_path(problem, law);
+    return solve_simultaneous(problem, law);
+}
+
+// One µ by contact.
+ContactSolution solve_numbers(const ContactProblem& problem, const Law& law) {
+    if (problem.turning == 0 && problem.contacts > 1) {
+        std::vector<int> island;
+        int count = find_islands(problem, island);
+        if (count > 1) return solve_islands(problem, law, island, count);
+    }
+    return solve_plain(problem, law);
+}
+
+std::string refusal_of(const ContactProblem& problem, const Law& law) {
+    const std::string size = refusal_of_size(problem.rows());
+    if (!size.empty()) return size;
+    for (int i = 0; problem.adhesion && i < problem.contacts; ++i)
+        if (problem.adhesion[i] > 0.0 &&
+            !(law.restitution == Restitution::newton && law.slip == Slip::end &&
+              law.order == Order::simultaneous))
+            return "contacts: adhesion belongs to Law(), without words of its own; under other "
+                   "laws it is 0";
+    if (law.slip == Slip::end && law.restitution == Restitution::newton) return "";
+    const char* names[] = {"newton", "poisson", "stronge", "lzb"};
+    for (int i = 0; i < problem.contacts; ++i)
+        if (problem.tangential[i] != 0.0 && problem.friction[i] > tolerance::negligible)
+            return std::string(
+                       "contacts: tangential restitution has no meaning with "
+                       "restitution=\"") +
+                   names[static_cast<int>(law.restitution)] + "\", slip=\"" +
+                   (law.slip == Slip::end ? "end" : "path") +
+                   "\"; it belongs to Law(restitution=\"newton\", slip=\"end\"), or is 0";
+    if (law.restitution == Restitution::lzb && problem.contacts > 1) {
+        if (!problem.stiffness)
+            return "contacts: restitution=\"lzb\" needs the stiffness of every contact";
+        double speed = largest(problem.free, problem.rows());
+        for (int i = 0; i < problem.contacts; ++i) {
+            double un = problem.free[3 * i + 2];
+            if (!(problem.stiffness[i] > 0.0))
+                return "contacts: restitution=\"lzb\" needs a stiffness above 0 of every contact";
+            if (std::isinf(problem.stiffness[i]) && un < -1e-13 * speed)
+                return "contacts: contact " + std::to_string(i) + " is approached at " +
+                       std::to_string(-un) +
+                       " m/s and has an infinite stiffness, which is for supports at rest; give it "
+                       "a finite one";
+        }
+    }
+    if (problem.turning > 0 && (law.slip == Slip::path || law.order == Order::sequential))
+        return "contacts: rolling and torsion need slip=\"end\" and order=\"simultaneous\"; they "
+               "are not defined along the path of an impact";
+    return "";
+}
+
+}  // namespace
+
+std::string refusal_of_size(int rows) {
+    constexpr int kMost = 20000;
+    if (rows <= kMost) return "";
+    return "contacts and constraints: " + std::to_string(rows) +
+           " rows act at once (three of each contact), the limit is " + std::to_string(kMost) +
+           "; leave out redundant contacts, or solve the parts of the scene that do not act on "
+           "each other one by one";
+}
+
+ContactSolution solve_contacts(const ContactProblem& problem, const Law& law) {
+    ContactSolution refusal;
+    refusal.refused = refusal_of(problem, law);
+    if (!refusal.refused.empty()) return refusal;
+    auto plain = [&](const ContactProblem& own) { return solve_numbers(own, law); };
+    if (problem.models) return solve_with_friction_models(problem, law, plain);
+    return plain(problem);
+}
+
+}  // namespace impulsekit

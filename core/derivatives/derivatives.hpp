@@ -1,0 +1,152 @@
+// How the velocities and impulses of an impact change with all that it starts from.
+//
+// With M Δv = I + Aᵀλ + JᵀP differentiated as it stands,
+//     M d = −∂(M Δv)/∂q + ∂(I + Aᵀλ + JᵀP)/∂q + ∂I + Aᵀ dλ + Jᵀ dP,
+// and beside it the rows that hold in the modes found (A v⁺ = b, ξ_n = 0, ξ_t = 0 where it sticks,
+// P_t = −µ P_n ξ_t/|ξ_t| where it slips) it is one linear system at the answer (implicit function
+// theorem). Poisson's law has two such stages, a sequence one or two for each hit. They are passed
+// backwards, with weights of the results in, and slopes by all parameters out: no Jacobian is made
+// on the way, and as many weights as there are results make one.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "impact/coefficients.hpp"
+#include "impact/constrained_mass.hpp"
+#include "scene/tree_gradient.hpp"
+
+namespace impulsekit {
+
+// Where the slopes by each kind of parameter begin: q on its tangent, v⁻, the numbers of known
+// impulses, the points (3) of blows, e and µ of contacts, points and normals (3) of contacts,
+// factors of masses.
+struct Parameters {
+    explicit Parameters(const Scene& scene);
+    int q = 0, v, impulses, strikes, restitution, friction, points, normals, masses, count;
+    int states() const { return strikes; }  // q, v and impulses
+};
+
+// Whether derivatives exist, as impulsekit.DerivativeStatus has it.
+enum class Existence : std::int8_t {
+    exists,
+    by_differences,
+    mode_edge,
+    rank_changes,
+    not_available,
+    no_impact,
+};
+
+// What is not differentiated, as Python has words for it.
+enum class Unavailable {
+    none,
+    drawn_in,
+    too_many_hits,
+    coupled,
+    no_closed_form,
+    no_compression,
+    functions,
+    singular,
+};
+
+// Why a small change may end a mode: kinds as Python has words for them.
+struct ModeEdge {
+    int kind, contact, other;
+};
+
+// The impact that is differentiated.
+struct Differentiated {
+    const Tree<double>* tree = nullptr;  // placed
+    const ImpactProblem* problem = nullptr;
+    const ImpactSolution* solution = nullptr;
+    const int* entries = nullptr;               // of each point its contact
+    const Meeting<double>* meetings = nullptr;  // of each point
+    const double* impulses = nullptr;           // the numbers of the known impulses
+    const double* masses = nullptr;             // factors; null for 1
+    bool has_own_restitution = true;            // whether e is that of the law
+    bool is_closed = true;                      // whether all points move in closed form
+    int inertia_of = -1;  // a body by whose inertia to differentiate as well, by ten numbers
+};
+
+class Derivation {
+  public:
+    Derivation(const Scene& scene, const ContactLaw& law);
+    ~Derivation();
+
+    // Make an impact linear in its modes.
+    void set(const Differentiated& given);
+
+    const Parameters parameters;
+    Existence existence = Existence::exists;
+    Unavailable unavailable = Unavailable::none;
+    int contact = -1;  // the contact that is not available
+    std::vector<ModeEdge> edges;
+    std::vector<char> determined;  // (rows of bilateral) whether each λ has derivatives
+    const std::vector<char>& consistent() const { return consistent_; }
+
+    int results() const;  // v⁺ (nv), λ (rows), the impulse (3) of each contact in the world
+    int slopes() const { return parameters.count + (given_.inertia_of < 0 ? 0 : 10); }
+
+    // Slopes of Σ weight · result by all parameters, NaN by those for which there are none. S is
+    // double, or Pack for eight sets of weights side by side.
+    template <typename S>
+    void pull_back(const S* weights, S* slopes) const;
+
+  private:
+    struct Stage;
+    struct Mode;
+    struct Coefficients;
+    template <typename S>
+    struct Seed;
+    template <typename S>
+    class Pass;
+
+    void find_coefficients();
+    void find_stages();
+    Mode mode_of(int point, const Stage& stage) const;
+    void add_stage(Stage stage, int acting);
+    void solve_system(Stage& stage);
+    void share_evenly(Stage& stage, std::vector<double>& W);
+    void drop_rows(Stage& stage);
+    void compress();
+    void follow_hits(bool along_path);
+    bool find_hits(std::vector<int>& order, std::vector<double>& shares);
+    void strike(int point, const double* share, int& now, bool along_path);
+    void check_rows();
+    void find_wrenches(Stage& stage) const;
+    std::vector<double> unit_impulses(int point, int row) const;
+    bool is_split_open() const;
+    int keep(std::vector<double> velocity);
+    void edge(int kind, int point, int other = -1);
+    const double* row(int r) const;
+    bool is_stop(int point) const;
+
+    const Scene& scene_;
+    const ContactLaw& law_;
+    Differentiated given_;
+    int nv_ = 0, m_ = 0, n_ = 0;
+    double scale_ = 0.0;
+    bool is_shared_ = false;
+    std::optional<HeldMass> held_;
+    std::vector<double> moved_, W_, filling_;          // M⁻¹ Gᵀ of all rows, G M⁻¹ Gᵀ
+    std::vector<double> free_moved_, borne_, free_W_;  // the same of contacts, bilateral rows held
+    std::vector<Coefficients> own_;
+    std::vector<std::vector<double>> velocities_;
+    std::vector<std::vector<Spatial<double>>> twists_;  // of these
+    std::vector<Stage> stages_;
+    std::vector<Inertia<double>> inertias_;
+    std::vector<Meeting<double>> held_meetings_, blow_meetings_;
+    std::vector<char> consistent_;
+};
+
+// (count, slopes) of weights (count, results), eight sets side by side.
+void pull_back_all(const Derivation& of, const double* weights, int count, double* slopes);
+
+// The same of known impulses on a tree that nothing holds or touches, for states side by side; x:
+// M⁻¹ of the weights of v⁺, which are what the slopes by v⁻ are.
+template <typename S>
+void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* inertias,
+                     const S* impulses, const S* weights, const S* x, const S* change, S* slopes);
+
+}  // namespace impulsekit

@@ -1,0 +1,574 @@
+// The stages of an impact passed backwards: weights of its results in, slopes by parameters out.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "derivatives/derivation.hpp"
+#include "linalg/dense.hpp"
+#include "scene/frame_pair_states.hpp"
+
+namespace impulsekit {
+namespace {
+
+// What dependent rows may disagree by, relative to the velocities they speak of.
+constexpr double kContradiction = 1e-6;
+
+template <typename S>
+S inner(const double* a, const S* b, int n) {
+    S sum{};
+    for (int i = 0; i < n; ++i) sum += a[i] * b[i];
+    return sum;
+}
+
+template <typename S>
+Spatial<S> negative(const Spatial<S>& a) {
+    return {-a.linear, -a.angular};
+}
+
+template <typename S>
+Inertia<S> lifted(const Inertia<double>& a) {
+    return {lift<S>(a.mass),
+            lift<S>(a.moment),
+            {lift<S>(a.about.xx), lift<S>(a.about.xy), lift<S>(a.about.xz), lift<S>(a.about.yy),
+             lift<S>(a.about.yz), lift<S>(a.about.zz)}};
+}
+
+template <typename S>
+void put(const Vec3<S>& a, S* to) {
+    to[0] += a.x;
+    to[1] += a.y;
+    to[2] += a.z;
+}
+
+}  // namespace
+
+// Weights of v⁺, λ and P in the axes of the points; or of one row's velocity in one stage.
+template <typename S>
+struct Derivation::Seed {
+    const S* after = nullptr;
+    const S* multipliers = nullptr;
+    const S* impulses = nullptr;  // (contacts, 3) in the world
+    int stage = -1;               // the one stage, and its row
+    int row = 0;
+    bool is_given = false;  // what the row is given, in place of its velocity
+};
+
+template <typename S>
+class Derivation::Pass {
+  public:
+    Pass(const Derivation& of, S* slopes)
+        : d_(of),
+          p_(*of.given_.problem),
+          at_(of.parameters),
+          nv_(of.nv_),
+          m_(of.m_),
+          n_(of.n_),
+          rows_(m_ + 3 * n_),
+          gradient_(*of.given_.tree),
+          slopes_(slopes),
+          end_(nv_, S{}),
+          before_(nv_, S{}),
+          e_(n_, S{}),
+          share_(n_, S{}),
+          P_(3 * n_, S{}),
+          lambda_(m_, S{}),
+          rho_(of.velocities_.size() * rows_, S{}),
+          met_(of.velocities_.size()),
+          contacts_(n_),
+          held_(of.held_meetings_.size()),
+          blows_(of.blow_meetings_.size()) {
+        std::fill(slopes, slopes + of.slopes(), S{});
+        gradient_.begin();
+    }
+
+    void run(const Seed<S>& seed) {
+        int last = static_cast<int>(d_.stages_.size()) - 1;
+        if (seed.stage >= 0)
+            last = seed.stage;
+        else
+            take(seed);
+        for (int k = last; k >= 0; --k) pass(d_.stages_[k], k == seed.stage ? &seed : nullptr);
+        finish();
+    }
+
+  private:
+    void take(const Seed<S>& seed) {
+        if (seed.after) std::copy(seed.after, seed.after + nv_, end_.begin());
+        if (seed.multipliers) std::copy(seed.multipliers, seed.multipliers + m_, lambda_.begin());
+        for (int i = 0; i < n_ && seed.impulses; ++i) {
+            const int entry = d_.given_.entries[i];
+            const S* w = seed.impulses + 3 * entry;
+            if (d_.is_stop(i)) {
+                P_[3 * i + 2] = w[0] * d_.row(m_ + 3 * i + 2)[d_.scene_.contacts[entry].v];
+                continue;
+            }
+            const Meeting<double>& m = d_.given_.meetings[i];
+            const Vec3<S> weight{w[0], w[1], w[2]}, own = back(lift<S>(m.axes), weight);
+            put(own, P_.data() + 3 * i);
+            // The axes turn, and the impulse in them.
+            const double* P = d_.given_.solution->contact.impulse.data() + 3 * i;
+            const Vec3<double> all = m.axes * Vec3<double>{P[0], P[1], P[2]};
+            contacts_[i].alone += cross(lift<S>(all), weight);
+        }
+    }
+
+    // Weights of what a stage leaves become those of what it begins with.
+    void pass(const Stage& stage, const Seed<S>* seed) {
+        const int count = static_cast<int>(stage.rows.size()), m = stage.bilateral();
+        y_.assign(count, S{});
+        x_ = end_;
+        if (seed && !seed->is_given) {
+            const double* own = d_.row(stage.rows[seed->row]);
+            for (int i = 0; i < nv_; ++i) x_[i] += own[i];
+        }
+        for (int r = 0; r < count; ++r)
+            y_[r] = inner(d_.moved_.data() + stage.rows[r] * nv_, x_.data(), nv_);
+        for (int r = 0; r < m; ++r) y_[r] += lambda_[r];
+        for (std::size_t c = 0; c < stage.carrying.size(); ++c)
+            for (int k = 0; k < 3; ++k) {
+                const int i = stage.carrying[c];
+                y_[m + 3 * c + k] += P_[3 * i + k];
+                if (k == 2) y_[m + 3 * c + k] += share_[i];
+            }
+        std::fill(share_.begin(), share_.end(), S{});
+        for (int r = 0; r < count; ++r) y_[r] *= stage.scale[r];
+        solve_lu(stage.factors.data(), stage.pivots.data(), count, y_.data());
+        for (int r = 0; r < count; ++r) y_[r] *= stage.scale[r];
+        directly(stage, m);
+        mix(stage, m);
+        if (seed && seed->is_given) g_[seed->row] += 1.0;
+        for (int r = 0; r < count; ++r) {
+            const double* own = d_.row(stage.rows[r]);
+            for (int i = 0; i < nv_; ++i)
+                if (own[i] != 0.0) x_[i] -= own[i] * g_[r];
+        }
+        if (seed && seed->is_given) {
+            // Of what it is given alone, not of what that does.
+            std::fill(x_.begin(), x_.end(), S{});
+        } else {
+            d_.held_->mass().solve(x_.data());
+        }
+        if (d_.held_->is_filled())
+            for (int r = 0; r < m; ++r)
+                g_[r] += inner(d_.filling_.data() + r * nv_, x_.data(), nv_);
+        for (int r = 0; r < count; ++r) give(stage, r);
+        if (stage.along_path >= 0) follow_path(stage);
+        couple(stage.change, x_, stage.impulses.data(), stage.wrenches[0], stage.first);
+    }
+
+    // What µ and e change in the impulses themselves.
+    void directly(const Stage& stage, int m) {
+        for (std::size_t c = 0; c < stage.carrying.size(); ++c) {
+            const int i = stage.carrying[c], entry = d_.given_.entries[i];
+            const Mode& mode = stage.modes[c];
+            const S* s = y_.data() + m + 3 * c;
+            if (!mode.sticking)
+                slopes_[at_.friction + entry] -=
+                    (mode.slip[0] * s[0] + mode.slip[1] * s[1]) * mode.normal;
+            if (!mode.held) continue;
+            e_[i] += mode.compressed * s[2];
+            share_[i] += d_.own_[i].e * s[2];
+        }
+    }
+
+    // g = Φᵀ s.
+    void mix(const Stage& stage, int m) {
+        g_.assign(y_.size(), S{});
+        for (int r = 0; r < m; ++r) g_[r] = stage.mix[r] * y_[r];
+        for (std::size_t c = 0; c < stage.carrying.size(); ++c)
+            for (int r = 0; r < 3; ++r)
+                for (int k = 0; k < 3; ++k)
+                    g_[m + 3 * c + k] += stage.mix[m + 9 * c + 3 * r + k] * y_[m + 3 * c + r];
+    }
+
+    // What a row asks of the velocities: G end = κ G start.
+    void give(const Stage& stage, int r) {
+        const int of = stage.rows[r], m = stage.bilateral();
+        const double kappa = stage.kappa[r];
+        const double* own = d_.row(of);
+        ask(stage.end, of, -g_[r]);
+        if (kappa != 0.0) ask(stage.start, of, kappa * g_[r]);
+        if (kappa != 1.0)
+            for (int i = 0; i < nv_; ++i)
+                if (own[i] != 0.0) end_[i] += (kappa - 1.0) * own[i] * g_[r];
+        if (r < m || (r - m) % 3 != 2) return;
+        const double start = dot(own, d_.velocities_[stage.start].data(), nv_);
+        const bool newton = d_.law_.law.restitution == Restitution::newton;
+        if (newton && start < 0.0) e_[stage.carrying[(r - m) / 3]] -= start * g_[r];
+    }
+
+    // Add ρ G v of one row to the form that is differentiated.
+    void ask(int velocity, int row, const S& rho) {
+        rho_[velocity * rows_ + row] += rho;
+        met_[velocity].is_used = true;
+    }
+
+    // P of one contact by its W, its velocities and its coefficients.
+    void follow_path(const Stage& stage) {
+        const int i = stage.along_path;
+        S P[3], g[12];
+        for (int k = 0; k < 3; ++k)
+            P[k] = P_[3 * i + k] + inner(d_.row(m_ + 3 * i + k), x_.data(), nv_);
+        for (int k = 0; k < 12; ++k)
+            g[k] = stage.law[k] * P[0] + stage.law[12 + k] * P[1] + stage.law[24 + k] * P[2];
+        const int normal = m_ + 3 * i + 2;
+        if (stage.from_start) {
+            g[8] += g[9];
+        } else {
+            ask(0, normal, g[9]);
+            for (int j = 0; j < nv_; ++j) before_[j] += d_.row(normal)[j] * g[9];
+        }
+        for (int k = 0; k < 3; ++k) {
+            ask(stage.start, m_ + 3 * i + k, g[6 + k]);
+            for (int j = 0; j < nv_; ++j) end_[j] += d_.row(m_ + 3 * i + k)[j] * g[6 + k];
+        }
+        e_[i] += g[10];
+        slopes_[at_.friction + d_.given_.entries[i]] += g[11];
+        // ∂W_ij = x_iᵀ ∂(J_jᵀ + Aᵀλ_j − M x_j) + ∂(J_i x_j) + λ_iᵀ ∂(A x_j), x_j and λ_j what a
+        // unit impulse along row j does.
+        constexpr int kBlock[6][2] = {{0, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}, {2, 2}};
+        const double* borne = d_.borne_.data() + 3 * i * m_;
+        for (int j = 0; j < 3; ++j) {
+            std::vector<S> x(nv_, S{});
+            for (int k = 0; k < 6; ++k) {
+                if (kBlock[k][1] != j) continue;
+                const int row = kBlock[k][0];
+                const double* unit = d_.velocities_[stage.units + row].data();
+                for (int l = 0; l < nv_; ++l) x[l] += unit[l] * g[k];
+                ask(stage.units + j, m_ + 3 * i + row, g[k]);
+                for (int r = 0; r < m_; ++r) ask(stage.units + j, r, borne[row * m_ + r] * g[k]);
+            }
+            const std::vector<double> impulses = d_.unit_impulses(i, j);
+            couple(stage.units + j, x, impulses.data(), stage.wrenches[1 + j], false);
+        }
+    }
+
+    struct Met {
+        bool is_used = false;            // by weights of rows
+        std::vector<Spatial<S>> wrench;  // that meets its twists
+    };
+
+    std::vector<Spatial<S>>& wrench_of(int velocity) {
+        std::vector<Spatial<S>>& own = met_[velocity].wrench;
+        if (own.empty()) own.resize(d_.inertias_.size());
+        return own;
+    }
+
+    // Add xᵀ (Gᵀ p + blows − M c), c one of the velocities; `wrenches` are those of p and −M c.
+    void couple(int c, const std::vector<S>& x, const double* p,
+                const std::vector<Spatial<double>>& wrenches, bool first) {
+        std::vector<Spatial<S>>& momentum = wrench_of(c);
+        gradient_.move(x.data(), twist_);
+        for (std::size_t k = 1; k < twist_.size(); ++k)
+            momentum[k] = momentum[k] - lifted<S>(d_.inertias_[k]) * twist_[k];
+        by_masses(d_.twists_[c]);
+        press(p, twist_, nullptr);
+        if (first) strike(x.data());
+        gradient_.meet(x.data(), twist_, wrenches);
+    }
+
+    // Impulses or weights of all rows meet twists; their wrenches are added where they are wanted.
+    template <typename T, typename P>
+    void press(const P* p, const std::vector<Spatial<T>>& twist, std::vector<Spatial<S>>* wrench) {
+        int pair = 0;
+        for (const Held& held : d_.scene_.held) {
+            if (held.kind != Held::pair) continue;
+            S six[6] = {};
+            for (int r = 0; r < held.count; ++r) six[held.select[r]] = lift<S>(p[held.row + r]);
+            push(d_.held_meetings_[pair], six, twist, wrench, held_[pair]);
+            ++pair;
+        }
+        for (int i = 0; i < n_; ++i) {
+            if (d_.is_stop(i)) continue;
+            S six[6] = {};
+            for (int k = 0; k < 3; ++k) six[k] = lift<S>(p[m_ + 3 * i + k]);
+            push(d_.given_.meetings[i], six, twist, wrench, contacts_[i]);
+        }
+    }
+
+    using Moved = typename TreeGradient<double, S>::Moved;
+
+    template <typename T>
+    void push(const Meeting<double>& m, const S* six, const std::vector<Spatial<T>>& twist,
+              std::vector<Spatial<S>>* wrench, Moved& moved) {
+        const Mat3<S> axes = lift<S>(m.axes);
+        const Spatial<S> f{axes * Vec3<S>{six[0], six[1], six[2]},
+                           axes * Vec3<S>{six[3], six[4], six[5]}};
+        gradient_.press(m, f, twist, moved);
+        if (!wrench) return;
+        gradient_.wrench_at(m.first, m.place, f, *wrench);
+        gradient_.wrench_at(m.other, m.other_place, negative(f), *wrench);
+    }
+
+    // Known impulses: their numbers, and their points.
+    void strike(const S* x) {
+        for (std::size_t i = 0; i < blows_.size(); ++i) {
+            const Meeting<double>& m = d_.blow_meetings_[i];
+            S p[6];
+            for (int k = 0; k < 6; ++k) p[k] = lift<S>(d_.given_.impulses[6 * i + k]);
+            push(m, p, twist_, nullptr, blows_[i]);
+            const Spatial<S> u = gradient_.between(m, twist_);
+            put(back(lift<S>(m.axes), u.linear), slopes_ + at_.impulses + 6 * i);
+            put(back(lift<S>(m.axes), u.angular), slopes_ + at_.impulses + 6 * i + 3);
+        }
+        for (std::size_t i = 0; i < d_.scene_.kicks.size(); ++i)
+            slopes_[at_.impulses + 6 * blows_.size() + i] += x[d_.scene_.kicks[i]];
+    }
+
+    // By factors on masses, and by the ten numbers of one body's inertia in its joint's axes.
+    void by_masses(const std::vector<Spatial<double>>& changes) {
+        const Tree<double>& tree = *d_.given_.tree;
+        for (std::size_t i = 0; i < d_.scene_.loads.size(); ++i) {
+            const Load& load = d_.scene_.loads[i];
+            const int k = load.body;
+            const Inertia<S> own = lifted<S>(tree.in_world(k, inertia_of<double>(load)));
+            slopes_[at_.masses + i] -= dot(twist_[k], own * lift<S>(changes[k]));
+        }
+        const int k = d_.given_.inertia_of;
+        if (k < 0) return;
+        const Mat3<double> own = mat3<double>(tree.model.bodies[k].turn);
+        const Vec3<double> across[3] = {
+            {own.x.x, own.y.x, own.z.x}, {own.x.y, own.y.y, own.z.y}, {own.x.z, own.y.z, own.z.z}};
+        const Mat3<double>& r = tree.rotation[k];
+        const Mat3<S> joint = lift<S>(Mat3<double>{r * across[0], r * across[1], r * across[2]});
+        const Spatial<S> change = lift<S>(changes[k]);
+        const Vec3<S> a = back(joint, twist_[k].linear), w = back(joint, twist_[k].angular),
+                      c = back(joint, change.linear), o = back(joint, change.angular);
+        const Vec3<S> h = cross(a, o) + cross(c, w);
+        const S all[10] = {dot(a, c),
+                           h.x,
+                           h.y,
+                           h.z,
+                           w.x * o.x,
+                           w.x * o.y + w.y * o.x,
+                           w.y * o.y,
+                           w.x * o.z + w.z * o.x,
+                           w.y * o.z + w.z * o.y,
+                           w.z * o.z};
+        for (int j = 0; j < 10; ++j) slopes_[at_.count + j] -= all[j];
+    }
+
+    // By e as it changes with the approach, then all that the configuration turns and moves.
+    void finish() {
+        for (int i = 0; i < n_; ++i) {
+            const int entry = d_.given_.entries[i], normal = m_ + 3 * i + 2;
+            slopes_[at_.restitution + entry] += e_[i];
+            if (d_.own_[i].slope == 0.0) continue;
+            ask(0, normal, -d_.own_[i].slope * e_[i]);
+            for (int j = 0; j < nv_; ++j) end_[j] -= d_.own_[i].slope * d_.row(normal)[j] * e_[i];
+        }
+        for (int i = 0; i < nv_; ++i) slopes_[at_.v + i] += end_[i] + before_[i];
+        for (std::size_t t = 0; t < met_.size(); ++t) {
+            if (!met_[t].is_used && met_[t].wrench.empty()) continue;
+            std::vector<Spatial<S>>& wrench = wrench_of(static_cast<int>(t));
+            if (met_[t].is_used) press(rho_.data() + t * rows_, d_.twists_[t], &wrench);
+            gradient_.sum(wrench);
+            gradient_.meet(d_.velocities_[t].data(), d_.twists_[t], wrench);
+        }
+        carry();
+        gradient_.finish(slopes_ + at_.q);
+    }
+
+    void carry() {
+        const Tree<double>& tree = *d_.given_.tree;
+        const auto frame = [&](const Site& site) {
+            return lift<S>(tree.rotation[site.body] * mat3<double>(site.axes));
+        };
+        for (std::size_t i = 0; i < held_.size(); ++i)
+            gradient_.carry(d_.held_meetings_[i], held_[i]);
+        for (std::size_t i = 0; i < blows_.size(); ++i) {
+            gradient_.carry(d_.blow_meetings_[i], blows_[i]);
+            put(back(frame(d_.scene_.blows[i].site), blows_[i].pull),
+                slopes_ + at_.strikes + 3 * i);
+        }
+        for (int i = 0; i < n_; ++i) {
+            if (d_.is_stop(i)) continue;
+            const int entry = d_.given_.entries[i];
+            const Meeting<double>& m = d_.given_.meetings[i];
+            const Contact& contact = d_.scene_.contacts[entry];
+            gradient_.carry(m, contacts_[i]);
+            if (contact.kind != Contact::point) continue;
+            put(back(frame(contact.frames.first), contacts_[i].pull),
+                slopes_ + at_.points + 3 * entry);
+            const Vec3<S> by_normal =
+                cross(contacts_[i].torque + contacts_[i].alone, lift<S>(m.axes.z));
+            put(m.carrier == Carrier::world ? by_normal
+                                            : back(frame(contact.frames.other), by_normal),
+                slopes_ + at_.normals + 3 * entry);
+        }
+    }
+
+    const Derivation& d_;
+    const ImpactProblem& p_;
+    const Parameters& at_;
+    const int nv_, m_, n_, rows_;
+    TreeGradient<double, S> gradient_;
+    S* slopes_;
+    std::vector<S> end_, before_, e_, share_, P_, lambda_, rho_;
+    std::vector<Met> met_;
+    std::vector<Moved> contacts_, held_, blows_;
+    std::vector<S> x_, y_, g_;
+    std::vector<Spatial<S>> twist_;
+};
+
+// λ and P of a unit impulse along one row of a point that is hit.
+std::vector<double> Derivation::unit_impulses(int i, int row) const {
+    std::vector<double> found(m_ + 3 * n_, 0.0);
+    for (int r = 0; r < m_; ++r) found[r] = borne_[(3 * i + row) * m_ + r];
+    found[m_ + 3 * i + row] = 1.0;
+    return found;
+}
+
+// Of a stage's impulses and of −M Δv.
+void Derivation::find_wrenches(Stage& stage) const {
+    const TreeGradient<double, double> tree(*given_.tree);
+    const auto add = [&](int change, const double* p, bool first) {
+        stage.wrenches.emplace_back(inertias_.size());
+        std::vector<Spatial<double>>& to = stage.wrenches.back();
+        for (std::size_t k = 1; k < to.size(); ++k)
+            to[k] = negative(inertias_[k] * twists_[change][k]);
+        const auto push = [&](const Meeting<double>& m, const double* six) {
+            const Spatial<double> f{m.axes * Vec3<double>{six[0], six[1], six[2]},
+                                    m.axes * Vec3<double>{six[3], six[4], six[5]}};
+            tree.wrench_at(m.first, m.place, f, to);
+            tree.wrench_at(m.other, m.other_place, negative(f), to);
+        };
+        int pair = 0;
+        for (const Held& held : scene_.held) {
+            if (held.kind != Held::pair) continue;
+            double six[6] = {};
+            for (int r = 0; r < held.count; ++r) six[held.select[r]] = p[held.row + r];
+            push(held_meetings_[pair++], six);
+        }
+        for (int i = 0; i < n_; ++i) {
+            const double* P = p + m_ + 3 * i;
+            const double six[6] = {P[0], P[1], P[2], 0.0, 0.0, 0.0};
+            if (!is_stop(i)) push(given_.meetings[i], six);
+        }
+        for (std::size_t i = 0; i < blow_meetings_.size() && first; ++i)
+            push(blow_meetings_[i], given_.impulses + 6 * i);
+        tree.sum(to);
+    };
+    add(stage.change, stage.impulses.data(), stage.first);
+    for (int j = 0; j < 3 && stage.along_path >= 0; ++j)
+        add(stage.units + j, unit_impulses(stage.along_path, j).data(), false);
+}
+
+template <typename S>
+void Derivation::pull_back(const S* weights, S* slopes) const {
+    Seed<S> seed;
+    seed.after = weights;
+    seed.multipliers = weights + nv_;
+    seed.impulses = weights + nv_ + m_;
+    Pass<S>(*this, slopes).run(seed);
+    for (int k = 0; k < this->slopes(); ++k)
+        if (!consistent_[k]) slopes[k] = S{} + std::numeric_limits<double>::quiet_NaN();
+}
+
+template void Derivation::pull_back(const double*, double*) const;
+template void Derivation::pull_back(const Pack*, Pack*) const;
+
+void pull_back_all(const Derivation& of, const double* weights, int count, double* slopes) {
+    const int results = of.results(), width = of.slopes();
+    if (count == 1) return of.pull_back(weights, slopes);
+    std::vector<Pack> in(results), out(width);
+    for (int first = 0; first < count; first += kLanes) {
+        const int own = std::min(kLanes, count - first);
+        for (int k = 0; k < kLanes; ++k)
+            for (int i = 0; i < results; ++i)
+                in[i][k] = k < own ? weights[(first + k) * results + i] : 0.0;
+        of.pull_back(in.data(), out.data());
+        for (int k = 0; k < own; ++k)
+            for (int i = 0; i < width; ++i) slopes[(first + k) * width + i] = out[i][k];
+    }
+}
+
+template <typename S>
+void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* inertias,
+                     const S* impulses, const S* weights, const S* x, const S* change, S* slopes) {
+    const Parameters at(scene);
+    const int nv = scene.model->nv;
+    std::fill(slopes, slopes + at.count, S{});
+    std::copy(weights, weights + nv, slopes + at.v);
+    TreeGradient<S, S> gradient(tree);
+    std::vector<Spatial<S>> by_x, by_change, of_x, of_change;
+    gradient.begin();
+    gradient.move(x, by_x);
+    gradient.move(change, by_change);
+    of_x.resize(by_x.size());
+    of_change.resize(by_x.size());
+    for (std::size_t k = 1; k < by_x.size(); ++k) {
+        of_x[k] = negative(inertias[k] * by_change[k]);
+        of_change[k] = negative(inertias[k] * by_x[k]);
+    }
+    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+        const int k = scene.loads[i].body;
+        const Inertia<S> own = tree.in_world(k, inertia_of<S>(scene.loads[i]));
+        slopes[at.masses + i] -= dot(by_x[k], own * by_change[k]);
+    }
+    for (std::size_t i = 0; i < scene.blows.size(); ++i) {
+        const Site& site = scene.blows[i].site;
+        const Meeting<S> m = meeting_of(tree, pair_of(scene.blows[i]));
+        const S* p = impulses + 6 * i;
+        const Spatial<S> f{m.axes * Vec3<S>{p[0], p[1], p[2]}, m.axes * Vec3<S>{p[3], p[4], p[5]}};
+        typename TreeGradient<S, S>::Moved moved;
+        gradient.press(m, f, by_x, moved);
+        gradient.carry(m, moved);
+        gradient.wrench_at(m.first, m.place, f, of_x);
+        const Spatial<S> u = gradient.between(m, by_x);
+        put(back(m.axes, u.linear), slopes + at.impulses + 6 * i);
+        put(back(m.axes, u.angular), slopes + at.impulses + 6 * i + 3);
+        put(back(tree.rotation[site.body] * mat3<S>(site.axes), moved.pull),
+            slopes + at.strikes + 3 * i);
+    }
+    for (std::size_t i = 0; i < scene.kicks.size(); ++i)
+        slopes[at.impulses + 6 * scene.blows.size() + i] += x[scene.kicks[i]];
+    gradient.sum(of_x);
+    gradient.meet(x, by_x, of_x);
+    gradient.sum(of_change);
+    gradient.meet(change, by_change, of_change);
+    gradient.finish(slopes + at.q);
+}
+
+template void pull_back_blows(const Scene&, const Tree<Pack>&, const Inertia<Pack>*, const Pack*,
+                              const Pack*, const Pack*, const Pack*, Pack*);
+
+// Whether demands that were left out or are shared are met, whatever changes.
+void Derivation::check_rows() {
+    const int count = slopes();
+    bool open = is_split_open();
+    std::vector<double> made(count), given(count), gap(count), size(count);
+    for (std::size_t k = 0; k < stages_.size() && !open; ++k) {
+        const Stage& stage = stages_[k];
+        open = stage.is_open;
+        if (std::find(stage.kept.begin(), stage.kept.end(), 1) == stage.kept.end()) continue;
+        // What is given by the configuration is a difference of terms of this size.
+        double rows = 0.0, speed = 0.0;
+        for (int r : stage.rows) rows = std::max(rows, largest(row(r), nv_));
+        for (int v : {stage.start, stage.end})
+            speed = std::max(speed, largest(velocities_[v].data(), nv_));
+        for (std::size_t r = 0; r < stage.rows.size() && !open; ++r) {
+            if (!stage.kept[r]) continue;
+            Seed<double> seed;
+            seed.stage = static_cast<int>(k);
+            seed.row = static_cast<int>(r);
+            Pass<double>(*this, made.data()).run(seed);
+            seed.is_given = true;
+            Pass<double>(*this, given.data()).run(seed);
+            for (int i = 0; i < count; ++i) {
+                const double terms = rows * speed + std::abs(made[i]) + std::abs(given[i]);
+                if (!(std::abs(made[i] - given[i]) <= kContradiction * terms)) consistent_[i] = 0;
+            }
+        }
+        // v⁺ hangs on shares of load that change with the configuration.
+        if (!stage.even.empty()) std::fill_n(consistent_.begin() + parameters.q, nv_, 0);
+    }
+    if (open) std::fill(consistent_.begin(), consistent_.end(), 0);
+    determined.assign(m_, 1);
+    for (int r = 0; r < m_; ++r)
+        determined[r] = given_.solution->unique[r] || stages_.front().null[r];
+    const auto states = consistent_.begin() + parameters.states();
+    if (std::find(consistent_.begin(), states, 0) != states) existence = Existence::rank_changes;
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,64 @@
+#include "impact/coefficients.hpp"
+
+#include <algorithm>
+
+namespace impulsekit {
+
+double BySpeed::at(double speed) const {
+    if (function) return function(speed);
+    if (speeds.empty()) return speed >= capture ? value : 0.0;
+    const std::size_t i = std::upper_bound(speeds.begin(), speeds.end(), speed) - speeds.begin();
+    if (i == 0) return values.front();
+    if (i == speeds.size()) return values.back();
+    const double slope = (values[i] - values[i - 1]) / (speeds[i] - speeds[i - 1]);
+    return slope * (speed - speeds[i - 1]) + values[i - 1];
+}
+
+void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const double* e,
+                            const double* mu, ImpactProblem& p) {
+    const std::size_t n = rows.points.size(), turning = rows.turning_of.size();
+    numbers_.resize(5 * n + 2 * turning);
+    double *restitution = numbers_.data(), *friction = restitution + n, *tangential = friction + n,
+           *stiffness = tangential + n, *adhesion = stiffness + n, *rolling = adhesion + n,
+           *torsion = rolling + turning;
+    models_.resize(law.has_models && !mu ? n : 0);
+    for (std::size_t i = 0; i < n; ++i) {
+        const StateRows::Point& point = rows.points[i];
+        const ContactCoefficients& own = law.contacts[point.entry];
+        if (e) {
+            restitution[i] = e[point.entry];
+        } else {
+            double approach = 0.0;
+            const double* normal = p.J + (3 * i + 2) * p.nv;
+            for (int j = 0; j < p.nv; ++j) approach -= normal[j] * p.v[j];
+            restitution[i] = own.restitution.at(std::max(approach, 0.0));
+        }
+        friction[i] = mu ? mu[point.entry] : own.friction;
+        tangential[i] = own.tangential;
+        stiffness[i] = own.stiffness;
+        adhesion[i] = own.adhesion;
+        if (models_.empty()) continue;
+        models_[i] = own.model;
+        models_[i].axis[0] = point.ellipse[0];
+        models_[i].axis[1] = point.ellipse[1];
+    }
+    for (std::size_t i = 0; i < turning; ++i) {
+        const auto& own = law.contacts[rows.points[rows.turning_of[i]].entry];
+        rolling[i] = own.rolling;
+        torsion[i] = own.torsion;
+    }
+    ContactProblem& c = p.contact;
+    c.contacts = static_cast<int>(n);
+    c.turning = static_cast<int>(turning);
+    c.restitution = restitution;
+    c.friction = friction;
+    c.tangential = tangential;
+    if (law.law.restitution == Restitution::lzb) c.stiffness = stiffness;
+    if (law.has_adhesion) c.adhesion = adhesion;
+    c.turning_of = rows.turning_of.data();
+    c.rolling = rolling;
+    c.torsion = torsion;
+    if (!models_.empty()) c.models = models_.data();
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,87 @@
+#include "impact/constrained_mass.hpp"
+
+#include <algorithm>
+
+#include "linalg/dense.hpp"
+
+namespace impulsekit {
+
+HeldMass::HeldMass(const double* M, const int* parent, int nv, const HeldRows& rows)
+    : nv_(nv), given_(rows), half_(rows.A, rows.A + rows.count * nv) {
+    if (mass_.factor(M, parent, nv, &weak_) || (rows.count > 0 && fill_mass(M))) weak_ = -1;
+    if (weak_ >= 0 || rows.count == 0) return;
+    for (int r = 0; r < rows.count; ++r) mass_.half(half_.data() + r * nv);
+    rows_ = std::make_unique<BilateralRows>(half_.data(), rows.count, nv, rows.vectors, rows.wider);
+}
+
+bool HeldMass::fill_mass(const double* M) {
+    std::vector<double> filled(M, M + nv_ * nv_);
+    squares_.assign(given_.count, 0.0);
+    double heaviest = 0.0;
+    for (int k = 0; k < nv_; ++k) heaviest = std::max(heaviest, M[k * nv_ + k]);
+    for (int r = 0; r < given_.count; ++r) {
+        const double* row = given_.A + r * nv_;
+        for (int k = 0; k < nv_; ++k) {
+            const double own = M[k * nv_ + k];
+            squares_[r] += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
+        }
+        if (!(squares_[r] > 0.0)) continue;
+        for (int i = 0; i < nv_; ++i)
+            for (int j = 0; j < nv_; ++j) filled[i * nv_ + j] += row[i] * row[j] / squares_[r];
+    }
+    std::vector<int> dense(nv_);
+    for (int k = 0; k < nv_; ++k) dense[k] = k - 1;
+    is_filled_ = true;
+    return mass_.factor(filled.data(), dense.data(), nv_);
+}
+
+void HeldMass::fill(const double* wanted, double* impulse) const {
+    if (!is_filled_) return;
+    for (int r = 0; r < given_.count; ++r) {
+        if (!(squares_[r] > 0.0)) continue;
+        const double* row = given_.A + r * nv_;
+        for (int k = 0; k < nv_; ++k) impulse[k] += row[k] * wanted[r] / squares_[r];
+    }
+}
+
+std::vector<char> HeldMass::leave_held(const double* half, int count, double* left) const {
+    std::vector<char> held(count, 0);
+    if (!rows_) return held;
+    const double bar = rows_->rounding_of_span();
+    for (int first = 0; first < count; first += 3) {
+        const int end = std::min(first + 3, count);
+        double size = 0.0;
+        for (int r = first; r < end; ++r)
+            size = std::max(size, dot(half + r * nv_, half + r * nv_, nv_));
+        for (int r = first; r < end; ++r) {
+            double* row = left + r * nv_;
+            rows_->project_off(row);
+            if (dot(row, row, nv_) > bar * bar * size) continue;
+            std::fill(row, row + nv_, 0.0);
+            held[r] = 1;
+        }
+    }
+    return held;
+}
+
+void HeldMass::respond(const double* points, int count, std::vector<double>& moved,
+                       std::vector<double>& borne, std::vector<double>& W) const {
+    const int m = given_.count;
+    std::vector<double> half(points, points + count * nv_), wanted(m), lacking(m);
+    for (int r = 0; r < count; ++r) mass_.half(half.data() + r * nv_);
+    moved = half;
+    leave_held(half.data(), count, moved.data());
+    W.assign(count * count, 0.0);
+    for (int i = 0; i < count; ++i)
+        for (int j = 0; j < count; ++j)
+            W[i * count + j] = dot(moved.data() + i * nv_, moved.data() + j * nv_, nv_);
+    borne.assign(count * m, 0.0);
+    for (int r = 0; r < count && m > 0; ++r) {
+        for (int k = 0; k < m; ++k)
+            wanted[k] = -dot(half_.data() + k * nv_, half.data() + r * nv_, nv_);
+        rows_->solve(wanted.data(), borne.data() + r * m, lacking.data());
+    }
+    for (int r = 0; r < count; ++r) mass_.rest(moved.data() + r * nv_);
+}
+
+}  // namespace impulsekit

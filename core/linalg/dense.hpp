@@ -1,0 +1,50 @@
+// Small dense linear algebra, row-major: what contact laws need and no more.
+#pragma once
+
+#include <utility>
+
+#include "linalg/arena.hpp"
+
+namespace impulsekit {
+
+// LU with partial pivoting in place; false where a pivot is zero.
+bool factor_lu(double* a, int n, int* pivot);
+
+// Solve with the factors of `factor_lu`, in place; of eight sets of numbers side by side, too.
+template <typename S>
+void solve_lu(const double* lu, const int* pivot, int n, S* x) {
+    const auto take = [&](int i, int from, int to) {
+        S total{};
+        for (int j = from; j < to; ++j) total += lu[i * n + j] * x[j];
+        x[i] -= total;
+    };
+    for (int k = 0; k < n; ++k) std::swap(x[k], x[pivot[k]]);
+    for (int i = 0; i < n; ++i) take(i, 0, i);
+    for (int i = n - 1; i >= 0; --i) {
+        take(i, i + 1, n);
+        x[i] /= lu[i * n + i];
+    }
+}
+
+// Pivoted Cholesky of a symmetric positive semidefinite matrix in place: P A Pᵀ = L Lᵀ, L in the
+// lower triangle of the rows and columns by `order`. Returns the rank: pivots above `tolerance`
+// times the diagonal that the row had at first.
+int factor_pivoted(double* a, int n, int* order, double tolerance);
+
+// Solve A x = b in place with a factor of full rank.
+void solve_pivoted(const double* l, const int* order, int n, double* x, Arena& arena);
+
+// (n, n) the orthogonal projector onto the null space of A, from its pivoted factor.
+void null_projector(const double* l, const int* order, int n, int rank, double* projector,
+                    Arena& arena);
+
+double dot(const double* x, const double* y, int n);
+double largest(const double* x, int n);
+
+// y += rowsᵀ x, of (count, nv) rows.
+void add_transposed(const double* rows, int count, int nv, const double* x, double* y);
+
+// y = A x + b.
+void multiply(const double* a, int n, const double* x, const double* b, double* y);
+
+}  // namespace impulsekit

@@ -1,0 +1,151 @@
+#include "spatial/model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "linalg/numbers.hpp"
+
+namespace impulsekit {
+namespace {
+
+using Vector = Vec3<double>;
+using Matrix = Mat3<double>;
+
+// Sines below this are rounding; axes that differ by less do not say well what is across them.
+constexpr double kRounding = 4e-16, kSmallestAngle = 1e-6;
+
+constexpr int kFreedoms[] = {1, 1, 1, 1, 3, 6, 3, 3, 3};
+constexpr int kCoordinates[] = {1, 2, 1, 1, 4, 7, 4, 3, 3};
+constexpr int kDirections[][6] = {
+    {5}, {5}, {2}, {5}, {3, 4, 5}, {0, 1, 2, 3, 4, 5}, {0, 1, 5}, {0, 1, 2}, {3, 4, 5}};
+
+bool has_axis(int joint) { return joint <= static_cast<int>(Joint::helix); }
+
+Vector normalized(const Vector& a) { return a * (1.0 / std::sqrt(dot(a, a))); }
+
+// Axes in which a unit vector is z, by the least turn of names where it is x, y or z itself.
+Matrix axes_along(const Vector& axis) {
+    if (axis.x == 1.0) return {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+    if (axis.y == 1.0) return {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
+    if (axis.z == 1.0) return identity<double>();
+    const double x = std::abs(axis.x), y = std::abs(axis.y), z = std::abs(axis.z);
+    Vector across = x <= y && x <= z ? Vector{1, 0, 0} : y <= z ? Vector{0, 1, 0} : Vector{0, 0, 1};
+    const Vector first = normalized(cross(across, axis));
+    return {first, cross(axis, first), axis};
+}
+
+// x is across the axis of a joint that hangs on the body: α about x alone then leads to it.
+Matrix axes_between(const Vector& axis, const Vector& next) {
+    Vector across = cross(axis, next);
+    if (!(std::sqrt(dot(across, across)) > kSmallestAngle)) return axes_along(axis);
+    across = normalized(across - axis * dot(axis, across));
+    return {across, cross(axis, across), axis};
+}
+
+Matrix transposed(const Matrix& a) {
+    return {{a.x.x, a.y.x, a.z.x}, {a.x.y, a.y.y, a.z.y}, {a.x.z, a.y.z, a.z.z}};
+}
+
+void write(const Matrix& a, double* to) {
+    const double rows[9] = {a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z};
+    for (int i = 0; i < 9; ++i) to[i] = rows[i];
+}
+
+void write(const Vector& a, double* to) {
+    to[0] = a.x;
+    to[1] = a.y;
+    to[2] = a.z;
+}
+
+// Take a rotation apart: F = Rz(β) Rx(α) Rz(γ).
+void take_apart(const Matrix& f, Body& body) {
+    const double x = f.z.x, y = -f.z.y;
+    double sine = std::hypot(x, y), cosine = f.z.z;
+    const bool aligned = sine < kRounding, straight = aligned || std::abs(x) < kRounding;
+    body.beta[0] = straight ? 1.0 : y / sine;
+    body.beta[1] = straight ? 0.0 : x / sine;
+    body.alpha[0] = aligned ? std::copysign(1.0, cosine) : cosine;
+    body.alpha[1] = aligned ? 0.0 : straight ? y : sine;
+    body.gamma[0] = body.beta[0] * f.x.x + body.beta[1] * f.x.y;
+    body.gamma[1] = -(body.beta[0] * f.y.x + body.beta[1] * f.y.y);
+    body.about_x = body.alpha[0] != 1.0 || body.alpha[1] != 0.0;
+    body.about_z = body.beta[0] != 1.0 || body.beta[1] != 0.0;
+}
+
+}  // namespace
+
+int freedoms_of(Joint joint) { return kFreedoms[static_cast<int>(joint)]; }
+int coordinates_of(Joint joint) { return kCoordinates[static_cast<int>(joint)]; }
+
+Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double* armature) {
+    const int count = static_cast<int>(given.size());
+    Model model;
+    model.nq = nq;
+    model.nv = nv;
+    model.bodies.resize(given.size() + 1);
+    std::vector<Matrix> turns(count + 1, identity<double>());
+    std::vector<char> chosen(count + 1, 0);
+    for (int k = 1; k <= count; ++k)
+        if (has_axis(given[k - 1].joint)) turns[k] = axes_along(vec3<double>(given[k - 1].axis));
+    for (int k = 1; k <= count; ++k) {
+        const GivenBody& child = given[k - 1];
+        const int parent = child.parent;
+        if (parent == 0 || chosen[parent] || !has_axis(child.joint)) continue;
+        const GivenBody& above = given[parent - 1];
+        if (!has_axis(above.joint)) continue;
+        const Vector next = mat3<double>(child.rotation) * vec3<double>(child.axis);
+        const Vector across = cross(vec3<double>(above.axis), next);
+        if (!(std::sqrt(dot(across, across)) > kSmallestAngle)) continue;
+        chosen[parent] = 1;
+        turns[parent] = axes_between(vec3<double>(above.axis), next);
+    }
+    for (Body& body : model.bodies) write(identity<double>(), body.turn);
+    std::vector<int> last_v(count + 1, -1);
+    std::vector<char> seen(nv, 0);
+    model.parent_v.assign(nv, -1);
+    for (int k = 1; k <= count; ++k) {
+        const GivenBody& from = given[k - 1];
+        Body& body = model.bodies[k];
+        body.parent = from.parent;
+        body.joint = static_cast<Joint>(from.joint);
+        body.q = from.q;
+        body.slot = static_cast<int>(model.slots.size());
+        body.freedoms = freedoms_of(body.joint);
+        body.pitch = from.pitch;
+        std::copy(from.axis, from.axis + 3, body.radius);
+        model.has_ellipsoids = model.has_ellipsoids || body.joint == Joint::ellipsoid;
+        body.ratio = from.ratio;
+        body.offset = from.offset;
+        const Matrix &turn = turns[k], to_own = transposed(turn);
+        write(turn, body.turn);
+        const Matrix above = transposed(turns[from.parent]);
+        const Matrix rotation = above * mat3<double>(from.rotation) * turn;
+        write(rotation, body.rotation);
+        write(above * vec3<double>(from.shift), body.shift);
+        if (body.turns_about_z()) take_apart(rotation, body);
+        body.mass = from.mass;
+        write(to_own * vec3<double>(from.moment), body.moment);
+        const double* i = from.inertia;
+        const Sym3<double> own = turned(to_own, Sym3<double>{i[0], i[1], i[2], i[3], i[4], i[5]});
+        const double entries[6] = {own.xx, own.xy, own.xz, own.yy, own.yz, own.zz};
+        std::copy(entries, entries + 6, body.inertia);
+        last_v[k] = last_v[from.parent];
+        for (int d = 0; d < body.freedoms; ++d) {
+            const int v = from.v + d;
+            const bool follows = seen[v];
+            seen[v] = 1;
+            model.has_followers = model.has_followers || follows;
+            model.slots.push_back(
+                {k, kDirections[from.joint][d], v, from.ratio, follows ? 0.0 : armature[v]});
+            if (follows) continue;
+            model.parent_v[v] = last_v[k];
+            last_v[k] = v;
+        }
+    }
+    // What follows another ties branches together: M is then dense.
+    if (model.has_followers)
+        for (int v = 0; v < nv; ++v) model.parent_v[v] = v - 1;
+    return model;
+}
+
+}  // namespace impulsekit
