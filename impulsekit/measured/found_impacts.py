@@ -210,7 +210,7 @@ class FoundImpacts(OneLine):
         return len(self.impacts)
 
     def __repr__(self) -> str:
-        counts = f"{len(self.impacts)} impacts, {len(self.phases)} phases without flight"
+        counts = f"{len(self.impacts)} impacts, {len(self.phases)} gaps between flights"
         return one_line("FoundImpacts", counts, sigma=self.sigma, notes=len(self.notes))
 
     def only(self, keep: Callable[[FoundImpact], bool]) -> FoundImpacts:

@@ -78,7 +78,7 @@ def find_impacts(
         near: contacts with a larger gap at the impact took no part [m].
 
     Returns:
-        The impacts with at least two samples of flight on both sides; phases without flight,
+        The impacts with at least two samples of flight on both sides; gaps between flights,
         jumps among them whose contact is off where eight or more impacts have it (bounces between
         samples); samples that stand apart.
 
@@ -117,7 +117,7 @@ def find_impacts(
     if merged:
         notes.append(
             f"{len(merged)} jumps lie off the floor of the other impacts: more than one impact "
-            "each, too close together for the samples; they count as phases without flight"
+            "each, too close together for the samples; they count as gaps between flights"
         )
         phases = sorted(phases + merged)
     if not impacts:

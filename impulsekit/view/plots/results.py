@@ -94,7 +94,7 @@ def plot_study(path: str | os.PathLike[str], picture: str | os.PathLike[str]) ->
     """Draw histograms of all quantities of a store into a picture (svg, png, pdf).
 
     Raises:
-        InputError: there is no store of a study, or nothing in it is valid.
+        InputError: the folder is not the store of a study, or nothing in it is valid.
         MissingExtraError: matplotlib is not installed.
     """
     dataset = open_study(path).load()
