@@ -322,7 +322,8 @@ def _record(folder: pathlib.Path) -> dict[str, Any]:
     """Read the record of a store.
 
     Raises:
-        InputError: the folder is not the store of a study, or one of another version; its record is damaged.
+        InputError: the folder is not the store of a study, or of another version; its record is
+            damaged.
     """
     mark = folder / RECORD
     if not mark.is_file():
