@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import mujoco
-import numpy as np
 
 from ..errors import InputError, RangeError, UnknownNameError, quoted
 from ..scene.coefficients import checked_restitution, restitution_at
 from ..scene.numbers import not_negative
 
-__all__ = ["COMBINATIONS", "PairCoefficients"]
+__all__ = ["COMBINATIONS", "PairCoefficients", "geom_name"]
 
 # How the values of two geoms make that of a pair, as the physics engines offer it.
 COMBINATIONS: dict[str, Callable[[float, float], float]] = {
@@ -21,6 +20,16 @@ COMBINATIONS: dict[str, Callable[[float, float], float]] = {
     "average": lambda a, b: 0.5 * (a + b),
     "multiply": lambda a, b: a * b,
 }
+
+
+def geom_name(model: Any, geom: int) -> str:
+    """Return the name of a geom, or of its body and its number there."""
+    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+    if name:
+        return str(name)
+    body = int(model.geom_bodyid[geom])
+    of_body = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body {body}"
+    return f"{of_body}/geom {geom - int(model.body_geomadr[body])}"
 
 
 class PairCoefficients:
@@ -60,7 +69,7 @@ class PairCoefficients:
                 raise InputError('restitution="user": no geom of the model has a user="..." value')
             own = self._model.geom_user[:, 0]
             self._by_geom = [
-                checked_restitution(float(e), f'geom "{self.geom_name(i)}": user')
+                checked_restitution(float(e), f'geom "{geom_name(self._model, i)}": user')
                 for i, e in enumerate(own)
             ]
         elif isinstance(given, Mapping):
@@ -75,16 +84,6 @@ class PairCoefficients:
         else:
             e = checked_restitution(given, "restitution")
             self._by_geom = [e] * self._model.ngeom
-
-    def geom_name(self, geom: int) -> str:
-        """Return the name of a geom, or of its body and its number there."""
-        model = self._model
-        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
-        if name:
-            return str(name)
-        body = int(model.geom_bodyid[geom])
-        of_body = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body {body}"
-        return f"{of_body}/geom {geom - int(model.body_geomadr[body])}"
 
     def _geoms_of(self, name: Any) -> list[int]:
         """The geoms of a name: one geom, or all of a body."""
@@ -130,7 +129,3 @@ class PairCoefficients:
         if isinstance(e, tuple):
             return self._combine(*(restitution_at(own, speed, what) for own in e))
         return restitution_at(e, speed, what)
-
-    def table(self) -> np.ndarray:
-        """Return (ngeom,) the numbers by geom, NaN where they are functions."""
-        return np.array([np.nan if callable(e) else e for e in self._by_geom])

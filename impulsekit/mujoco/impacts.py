@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
@@ -14,17 +14,15 @@ from ..errors import InputError, RangeError, ShapeError, check_kind, warn_of_set
 from ..scene.law import Law
 from ..scene.numbers import between, not_negative
 from .coefficients import PairCoefficients
-from .instant import Event, at_start, find_instant
+from .instant import TOUCHING, Events, find_instant
 from .listing import Listing, StepModels
-from .record import StepImpact, impact_of
-from .system import solve_impact, system_of
+from .record import StepImpact
+from .system import ImpactSolver
 
 __all__ = ["Impacts"]
 
 # Impacts within one step; a step with more ends as MuJoCo has it, with a doubt.
 MOST_IMPACTS = 32
-# A contact this far apart at the instant of an impact is a row of it [m].
-TOUCHING = 1e-6
 _STATE = mujoco.mjtState
 # All that a step starts from, without what a user gives anew at any step.
 _KEPT = int(
@@ -32,6 +30,8 @@ _KEPT = int(
     | _STATE.mjSTATE_MOCAP_POS | _STATE.mjSTATE_MOCAP_QUAT
 )  # fmt: skip
 _get_state, _step1, _step2 = mujoco.mj_getState, mujoco.mj_step1, mujoco.mj_step2
+_forward_skip, _check_acceleration = mujoco.mj_forwardSkip, mujoco.mj_checkAcc
+_runge_kutta, _VELOCITIES = mujoco.mj_RungeKutta, int(mujoco.mjtStage.mjSTAGE_VEL)
 _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _INTEGRATORS = {
     int(kind)
@@ -121,7 +121,8 @@ class Impacts:
         self._models = StepModels(copy.copy(model))
         self._coefficients = PairCoefficients(model, restitution, friction, combine, pairs)
         self._limits = None if limits is None else between(0.0, 1.0)(limits, "limits")
-        self._law, self._instant = law, instant
+        self._solver = ImpactSolver(self._models.plain, self._coefficients, self._limits, law)
+        self._is_exact = instant == "exact"
         gravity = float(np.linalg.norm(model.opt.gravity))
         default = max(0.05, 2.0 * gravity * model.opt.timestep)
         self.threshold = default if threshold is None else not_negative(threshold, "threshold")
@@ -129,6 +130,7 @@ class Impacts:
         self.doubts = tuple(_doubts_of(model))
         warn_of_setup(self.doubts)
         self._is_rk4 = model.opt.integrator == _RK4
+        self._has_gaps = bool(model.geom_gap.any() or model.pair_gap.any())
         self._state = np.empty(mujoco.mj_stateSize(model, _KEPT))
         self._left, self._data = b"", None
         self._touching, self._reached = b"", 0
@@ -148,15 +150,22 @@ class Impacts:
         _get_state(model, data, state, _KEPT)
         start = state.tobytes()
         if start != self._left:
-            mujoco.mj_step1(model, data)
-            self._touching, self._reached = _pairs_listed(data), data.nl
-        self._advance(data)
+            _step1(model, data)
+            self._touching, self._reached = self._pairs_touching(data), data.nl
+        # One step from a state whose positions and velocities MuJoCo has looked at.
+        if self._is_rk4:
+            _forward_skip(model, data, _VELOCITIES, 0)
+            _check_acceleration(model, data)
+            _runge_kutta(model, data, 4)
+        else:
+            _step2(model, data)
+        _step1(model, data)
         self.last = ()
-        listed = _pairs_listed(data)
-        if listed != self._touching or (self._limits is not None and data.nl > self._reached):
+        touching = self._pairs_touching(data)
+        if touching != self._touching or (self._limits is not None and data.nl > self._reached):
             self._resolve(data, np.frombuffer(start))
-            listed = _pairs_listed(data)
-        self._touching, self._reached = listed, data.nl
+            touching = self._pairs_touching(data)
+        self._touching, self._reached = touching, data.nl
         _get_state(model, data, state, _KEPT)
         self._left = state.tobytes()
 
@@ -172,38 +181,39 @@ class Impacts:
         if shape != self._shape:
             raise ShapeError.of("data (nq, nv, nbody, ngeom)", self._shape, shape)
 
-    def _advance(self, data: Any) -> None:
-        """One step from a state whose positions and velocities MuJoCo has looked at."""
-        model = self._models.plain
-        if self._is_rk4:
-            mujoco.mj_forwardSkip(model, data, mujoco.mjtStage.mjSTAGE_VEL, False)
-            mujoco.mj_checkAcc(model, data)
-            mujoco.mj_RungeKutta(model, data, 4)
-        else:
-            _step2(model, data)
-        _step1(model, data)
+    def _pairs_touching(self, data: Any) -> bytes:
+        """The pairs of contacts that touch, to be compared with those of another state."""
+        if not data.ncon:
+            return b""
+        contact = data.contact
+        pairs = contact.geom[contact.exclude != 1] if self._has_gaps else contact.geom
+        return pairs.tobytes()
 
     def _resolve(self, data: Any, start: np.ndarray) -> None:
         """Solve the impacts of a step that has been taken from ``start``."""
         models = self._models
-        locate = find_instant if self._instant == "exact" else at_start
         left, end = models.plain.opt.timestep, data.time
-        known, reached = Counter(_as_pairs(self._touching)), self._reached
+        known = Counter(np.frombuffer(self._touching, dtype=np.int64).tolist())
+        reached = self._reached
         found: list[StepImpact] = []
-        while len(found) < MOST_IMPACTS and (events := self._new_events(data, known, reached)):
-            passed, listing, events = locate(models, data, start, _KEPT, left, events)
-            hits = any(-event.speed > self.threshold for event in events)
-            if hits:
-                impact, touching, reached = self._hit(data, listing, events)
+        while len(found) < MOST_IMPACTS:
+            events = self._new_events(models.look(data, 0.0), known, reached)
+            if not len(events.keys):
+                break
+            passed, listing, hits = find_instant(
+                models, data, start, _KEPT, left, events, self.threshold, self._is_exact
+            )
+            if len(hits.keys):
+                impact, touching, reached = self._hit(data, listing, hits)
                 found.append(impact)
-                known += touching
+                known.update(touching)
                 left -= passed
                 start = np.empty_like(start)
-                mujoco.mj_getState(models.plain, data, start, _KEPT)
+                _get_state(models.plain, data, start, _KEPT)
             else:
                 mujoco.mj_setState(models.plain, data, start, _KEPT)
             models.step(data, left)
-            if not hits or not impact.status.valid:
+            if not len(hits.keys) or not impact.status.valid:
                 break
         # Contacts and rows as the plain model has them, for the next step.
         _step1(models.plain, data)
@@ -213,51 +223,34 @@ class Impacts:
         if self._log is not None:
             self._log += found
 
-    def _new_events(self, data: Any, known: Counter[Pair], reached: int) -> list[Event]:
+    def _new_events(self, listing: Listing, known: Counter[int], reached: int) -> Events:
         """What has come to touch since ``known``, and approaches at the end of a step."""
-        listing = self._models.look(data, 0.0)
-        pairs = _as_pairs(listing.pairs)
-        now = Counter(pairs)
-        limits = self._limits is not None and len(pairs) - len(listing.numbers) > reached
-        # Stages of a Runge-Kutta method have felt the soft contact: the speed now says little.
-        slowest = -np.inf if self._is_rk4 else self.threshold
-        return [
-            Event.of(listing, i)
-            for i, (pair, speed) in enumerate(zip(pairs, listing.speeds.tolist(), strict=True))
-            if -speed > slowest
-            and (
-                limits
-                if pair[0] < 0
-                else now[pair] > known[pair] and self._coefficients.is_handled(*pair)
-            )
+        now = Counter(listing.keys.tolist())
+        contacts = len(listing.numbers)
+        has_limits = self._limits is not None and len(listing.keys) - contacts > reached
+        more = {key for key, count in now.items() if count > known[key]}
+        handled = self._coefficients.is_handled
+        which = [
+            has_limits if i >= contacts else key in more and handled(*listing.pairs[i].tolist())
+            for i, key in enumerate(listing.keys.tolist())
         ]
+        # Stages of a Runge-Kutta method have felt the soft contact: the speed now says little.
+        slowest = np.inf if self._is_rk4 else -self.threshold
+        index = (np.array(which, dtype=bool) & (listing.speeds < slowest)).nonzero()[0]
+        return Events(
+            listing.keys[index], listing.positions[index], listing.gaps[index],
+            listing.speeds[index], index,
+        )  # fmt: skip
 
-    def _hit(
-        self, data: Any, listing: Listing, events: list[Event]
-    ) -> tuple[StepImpact, Counter[Pair], int]:
+    def _hit(self, data: Any, listing: Listing, hits: Events) -> tuple[StepImpact, list[int], int]:
         """Solve the impact of all that touches, apply it, and return it, pairs and limits."""
         close = listing.gaps <= TOUCHING
-        close[[event.index for event in events]] = True
-        system = system_of(self._models.plain, data, listing, np.flatnonzero(close))
-        model, coefficients = self._models.plain, self._coefficients
-        found, e = solve_impact(model, system, coefficients, self._limits or 0.0, self._law)
-        impact = impact_of(model, data, system, found, e, coefficients.geom_name)
+        close[hits.numbers] = True
+        which = close.nonzero()[0]
+        impact = self._solver.solve(data, listing, which)
         data.qvel[:] += impact.dv
-        return impact, Counter(_as_pairs(system.pairs)), len(system.limits)
-
-
-Pair: TypeAlias = tuple[int, int]
-
-
-def _pairs_listed(data: Any) -> bytes:
-    """The pairs of MuJoCo's contacts at a state, to be compared with those of another."""
-    return bytes(data.contact.geom.tobytes()) if data.ncon else b""
-
-
-def _as_pairs(pairs: Any) -> list[Pair]:
-    """Pairs of geoms of an array, or of what ``_pairs_listed`` gives."""
-    array = np.frombuffer(pairs, dtype=np.int32) if isinstance(pairs, bytes) else pairs
-    return [(a, b) for a, b in array.reshape(-1, 2).tolist()]
+        contacts = int(close[: len(listing.numbers)].sum())
+        return impact, listing.keys[which[:contacts]].tolist(), len(which) - contacts
 
 
 def _refuse(model: Any, law: Law) -> None:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from .listing import DEEPER, Listing, StepModels
 
-__all__ = ["Event", "at_start", "find_instant"]
+__all__ = ["TOUCHING", "Events", "find_instant"]
 
+# A contact this far apart at the instant of an impact is a row of it [m].
+TOUCHING = 1e-6
 # A gap is closed where it is smaller than this [m, rad], and not below zero: there MuJoCo's soft
 # contact would brake what parts.
 CLOSED = 1e-11
@@ -19,103 +20,105 @@ CLOSED = 1e-11
 MOST_ROUNDS = 60
 
 
-@dataclass(frozen=True)
-class Event:
-    """A contact or limit whose gap closes during a step.
+class Events(NamedTuple):
+    """Contacts and limits whose gap closes during a step.
 
     Attributes:
-        pair: as ``Listing`` has it. position: (3,) by which it is told from others of its pair.
-        gap, speed: when last looked at [m, m/s; rad, rad/s].
-        index: in the listing of that look.
+        keys: (k,) of their pairs. positions: (k, 3) by which those of one pair are told apart.
+        gaps, speeds: (k,) when last looked at [m, m/s; rad, rad/s]; a gap is infinite where
+            it was out of reach.
+        numbers: (k,) in the listing of that look.
     """
 
-    pair: tuple[int, int]
-    position: np.ndarray
-    gap: float
-    speed: float
-    index: int
+    keys: np.ndarray
+    positions: np.ndarray
+    gaps: np.ndarray
+    speeds: np.ndarray
+    numbers: np.ndarray
 
-    @classmethod
-    def of(cls, listing: Listing, index: int) -> Event:
-        """Return an entry of a listing."""
-        first, second = listing.pairs[index].tolist()
-        return cls(
-            (first, second), listing.positions[index], float(listing.gaps[index]),
-            float(listing.speeds[index]), int(index),
-        )  # fmt: skip
+    def only(self, which: np.ndarray) -> Events:
+        """Return some of them."""
+        return Events(*(own[which] for own in self))
 
-    def again(self, listing: Listing) -> Event | None:
-        """Return it as it is in another listing, None where it is not listed."""
-        pairs = listing.pairs
-        same = np.flatnonzero((pairs[:, 0] == self.pair[0]) & (pairs[:, 1] == self.pair[1]))
-        if not len(same):
-            return None
-        apart = listing.positions[same] - self.position
-        return Event.of(listing, same[int(np.argmin((apart * apart).sum(axis=1)))])
-
-
-def _all_again(events: list[Event], listing: Listing) -> list[Event]:
-    now = (event.again(listing) for event in events)
-    return [event for event in now if event is not None]
-
-
-def _reach(events: list[Event], duration: float) -> float:
-    return DEEPER + 2.0 * duration * max(abs(event.speed) for event in events)
+    def again(self, listing: Listing) -> Events:
+        """Return them as they are in another listing: of each pair the nearest."""
+        if not len(listing.keys):
+            return self._replace(gaps=np.full(len(self.keys), np.inf))
+        apart = self.positions[:, None] - listing.positions
+        cost = (apart * apart).sum(axis=2)
+        cost[self.keys[:, None] != listing.keys] = np.inf
+        index = cost.argmin(axis=1)
+        gaps, positions, speeds = (
+            own[index] for own in (listing.gaps, listing.positions, listing.speeds)
+        )
+        absent = cost.min(axis=1) == np.inf
+        if absent.any():
+            gaps[absent] = np.inf
+            positions[absent], speeds[absent] = self.positions[absent], self.speeds[absent]
+        return Events(self.keys, positions, gaps, speeds, index)
 
 
 def find_instant(
     models: StepModels, data: Any, start: np.ndarray, kept: int,
-    duration: float, events: list[Event],
-) -> tuple[float, Listing, list[Event]]:  # fmt: skip
-    """Bring ``data`` to the instant at which the first event closes, and look at it.
+    duration: float, events: Events, threshold: float, is_exact: bool,
+) -> tuple[float, Listing, Events]:  # fmt: skip
+    """Bring ``data`` to the instant of the first impact among events, and look at it.
 
     Args:
         start: the state at the start of the step, of MuJoCo's kinds ``kept``.
         duration: of the step. events: as they are at its end.
+        threshold: approach speed above which what closes is an impact [m/s].
+        is_exact: False for the start of the step in place of the instant.
 
     Returns:
-        The time passed, what is listed then, and the events as they are then.
+        The time passed, what is listed then, and the events that hit then; none where all that
+        closes does so slowly.
     """
-    reach = _reach(events, duration)
-    first = min(events, key=lambda event: _closing_time(event, duration, 0.0, duration))
-    passed = _closing_time(first, duration, 0.0, duration)
-    low, high = 0.0, duration
+    reach = DEEPER + 2.0 * duration * float(np.abs(events.speeds).max())
+    mujoco.mj_setState(models.plain, data, start, kept)
+    listing = models.look(data, reach)
+    events = events.again(listing)
+    if not is_exact:
+        return 0.0, listing, events.only((events.gaps < np.inf) & (events.speeds < -threshold))
+    # What touched from the start and approaches faster is hit at once.
+    closed = events.gaps <= CLOSED
+    passed = 0.0
+    while (fast := events.only(closed & (events.speeds < -threshold))).keys.size == 0:
+        events = events.only(~closed)
+        if not len(events.keys):
+            break
+        passed, listing, events = _first_closing(
+            models, data, start, kept, passed, duration, events, reach
+        )
+        closed = events.gaps <= max(TOUCHING, float(events.gaps.min()))
+    return passed, listing, fast
+
+
+def _first_closing(
+    models: StepModels, data: Any, start: np.ndarray, kept: int,
+    low: float, high: float, events: Events, reach: float,
+) -> tuple[float, Listing, Events]:  # fmt: skip
+    """The time at which the first of some open gaps closes, what is listed then, and the gaps."""
+    passed = low
     for _ in range(MOST_ROUNDS):
+        passed = _closing_time(events, passed, low, high)
         mujoco.mj_setState(models.plain, data, start, kept)
         models.fly(data, passed)
         listing = models.look(data, reach)
-        now = first.again(listing)
-        if now is None:  # farther away than the reach
-            low, passed = passed, 0.5 * (passed + high)
-            continue
-        first = now
-        if 0.0 <= first.gap <= CLOSED or high - low <= np.spacing(duration):
-            deep = [event for event in _all_again(events, listing) if event.gap < -DEEPER]
-            if not deep or passed == 0.0:
-                break
-            first, low, high = min(deep, key=lambda event: event.gap), 0.0, passed
-        elif first.gap > CLOSED:
-            low = passed
-        else:
-            high = passed
-        passed = _closing_time(first, passed, low, high)
-    return passed, listing, _all_again(events, listing)
+        events = events.again(listing)
+        least = events.gaps.min()
+        if 0.0 <= least <= CLOSED or high - low <= np.spacing(high):
+            break
+        low, high = (passed, high) if least > CLOSED else (low, passed)
+    return passed, listing, events
 
 
-def at_start(
-    models: StepModels, data: Any, start: np.ndarray, kept: int,
-    duration: float, events: list[Event],
-) -> tuple[float, Listing, list[Event]]:  # fmt: skip
-    """Do as ``find_instant``, with the start of the step in place of the instant."""
-    mujoco.mj_setState(models.plain, data, start, kept)
-    listing = models.look(data, _reach(events, duration))
-    return 0.0, listing, _all_again(events, listing)
-
-
-def _closing_time(event: Event, now: float, low: float, high: float) -> float:
-    """When a gap closes by Newton's method, the middle of the bounds where that leads out."""
-    if event.speed < 0.0:
-        found = now - (event.gap - 0.5 * CLOSED) / event.speed
-        if low <= found <= high:
+def _closing_time(events: Events, now: float, low: float, high: float) -> float:
+    """When the first gap closes by Newton's method, the middle where that leads out of bounds."""
+    approaching = events.speeds < 0.0
+    if approaching.any():
+        times = (events.gaps[approaching] - 0.5 * CLOSED) / events.speeds[approaching]
+        found = now - float(times.max())
+        if low < found < high:
             return found
     return 0.5 * (low + high)

@@ -3,48 +3,45 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
-__all__ = ["DEEPER", "Listing", "StepModels"]
+__all__ = ["DEEPER", "LIMIT_JOINT", "Listing", "StepModels"]
 
 # The soft contact begins this much deeper while an instant is sought, so that no stage of an
 # integrator feels it before [m].
 DEEPER = 1e-6
-_CONSTRAINT = mujoco.mjtConstraint
-_EQUALITY = int(_CONSTRAINT.mjCNSTR_EQUALITY)
-LIMIT_JOINT, LIMIT_TENDON = (
-    int(kind) for kind in (_CONSTRAINT.mjCNSTR_LIMIT_JOINT, _CONSTRAINT.mjCNSTR_LIMIT_TENDON)
-)
+LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 
 
-@dataclass(frozen=True, eq=False)
-class Listing:
+class Listing(NamedTuple):
     """Contacts, then limits, within reach at one state.
 
     Attributes:
         pairs: (k, 2) the geoms of a contact; of a limit −1 − its kind, and its joint or tendon.
+        keys: (k,) the same as one integer each.
         positions: (k, 3) [m], zeros of limits.
         gaps, speeds: (k,) how far each is from touching, and how fast that grows.
         address: (k,) first row of each in ``rows``: the normal, then t₁, t₂, and the angular
             velocity about the normal, t₁ and t₂, as many as ``dims`` says.
         dims: (k,) number of rows.
-        rows: (m, nv) all of MuJoCo's constraint rows, equalities among them.
-        equalities: (m,) whether a row is one.
+        rows: (m, nv) all of MuJoCo's constraint rows.
+        equalities: how many of them, the first, are of equalities.
         numbers: (contacts,) of MuJoCo's list.
     """
 
     pairs: np.ndarray
+    keys: np.ndarray
     positions: np.ndarray
     gaps: np.ndarray
     speeds: np.ndarray
     address: np.ndarray
     dims: np.ndarray
     rows: np.ndarray
-    equalities: np.ndarray
+    equalities: int
     numbers: np.ndarray
 
 
@@ -57,12 +54,10 @@ class StepModels:
 
     def __init__(self, model: Any) -> None:
         self.plain = model
-        self._rest, self._flight, self._probe = (copy.copy(model) for _ in range(3))
+        self._rest, self._flight = copy.copy(model), copy.copy(model)
         _shift_margins(self._flight, model, -DEEPER)
-        # Rows of contacts are then those of the normal and the tangents themselves.
-        self._probe.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        self._probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        self._reach = np.nan
+        # By reach, as few powers of two occur.
+        self._probes: dict[float, Any] = {}
 
     def step(self, data: Any, duration: float) -> None:
         """Advance by a part of a step as MuJoCo does."""
@@ -77,32 +72,40 @@ class StepModels:
             mujoco.mj_step(self._flight, data)
 
     def look(self, data: Any, reach: float) -> Listing:
-        """Compute positions and the mass matrix, and list what is within a reach."""
-        if reach != self._reach:
-            _shift_margins(self._probe, self.plain, reach)
-            self._reach = reach
-        mujoco.mj_fwdPosition(self._probe, data)
+        """Compute positions and the mass matrix, and list what is within a reach, at least."""
+        reach = math.ldexp(1.0, math.frexp(reach)[1]) if reach else 0.0
+        probe = self._probes.get(reach) or self._new_probe(reach)
+        mujoco.mj_fwdPosition(probe, data)
         nv, count, contact = self.plain.nv, data.nefc, data.contact
-        rows = data.efc_J.ravel()[: count * nv].reshape(count, nv)
-        kinds = data.efc_type[:count]
+        rows = data.efc_J.reshape(-1)[: count * nv].reshape(count, nv)
         # Excluded are pairs in the gap, and those without degrees of freedom.
-        numbers = np.flatnonzero((contact.exclude == 0) & (contact.efc_address >= 0))
-        limits = np.flatnonzero((kinds == LIMIT_JOINT) | (kinds == LIMIT_TENDON))
-        address = contact.efc_address[numbers]
-        pairs, positions = contact.geom[numbers], contact.pos[numbers]
+        address = contact.efc_address
+        numbers = ((contact.exclude == 0) & (address >= 0)).nonzero()[0]
+        address, pairs = address[numbers], contact.geom[numbers]
+        positions, dims = contact.pos[numbers], contact.dim[numbers]
         gaps = contact.dist[numbers] - contact.includemargin[numbers]
-        dims = contact.dim[numbers]
-        if len(limits):
-            own = np.column_stack([-1 - kinds[limits], data.efc_id[limits]])
+        if data.nl:
+            first = data.ne + data.nf
+            limits = np.arange(first, first + data.nl, dtype=address.dtype)
+            own = np.stack([-1 - data.efc_type[limits], data.efc_id[limits]], axis=1)
             pairs = np.concatenate([pairs, own])
             positions = np.concatenate([positions, np.zeros((len(limits), 3))])
-            gaps = np.append(gaps, data.efc_pos[limits] - data.efc_margin[limits])
-            address = np.append(address, limits)
-            dims = np.append(dims, np.ones_like(limits))
-        speeds = rows[address] @ data.qvel
+            gaps = np.concatenate([gaps, data.efc_pos[limits] - data.efc_margin[limits]])
+            address = np.concatenate([address, limits])
+            dims = np.concatenate([dims, np.ones_like(limits)])
         return Listing(
-            pairs, positions, gaps + reach, speeds, address, dims, rows, kinds == _EQUALITY, numbers
-        )
+            pairs, pairs.view(np.int64)[:, 0], positions, gaps + reach,
+            rows[address] @ data.qvel, address, dims, rows, data.ne, numbers,
+        )  # fmt: skip
+
+    def _new_probe(self, reach: float) -> Any:
+        """A model that lists what is within a reach."""
+        probe = self._probes[reach] = copy.copy(self.plain)
+        # Rows of contacts are then those of the normal and the tangents themselves.
+        probe.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        _shift_margins(probe, self.plain, reach)
+        return probe
 
 
 def _shift_margins(model: Any, plain: Any, by: float) -> None:

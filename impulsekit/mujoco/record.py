@@ -2,75 +2,144 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from ..formatting import Displayed
-from ..impact.status import BY_CODE, Status
+from ..impact.status import Status
 from ..robot.arrays import read_only
+from .coefficients import geom_name
 from .listing import LIMIT_JOINT
-from .loads import loads_of
-from .system import System
+from .loads import body_loads
 
-__all__ = ["StepImpact", "impact_of"]
+__all__ = ["Parts", "StepImpact"]
+
+
+class Parts(NamedTuple):
+    """What the results of an impact are computed from.
+
+    Attributes:
+        model: a ``mujoco.MjModel``. state: of MuJoCo, before the impact.
+        mass: (nv, nv) M, with armature. equalities: number of rows of equalities.
+        J: (n + k + j, 3, nv) of contacts, limits, and the turning of contacts.
+        impulses: (n + k + j, 3) along these rows.
+        pairs: (n + k, 2) geoms of contacts; of limits −1 − kind and joint or tendon.
+        positions: (n, 3). frames: (n, 9), rows normal, t₁, t₂.
+        turning: (j,) which contacts resist rolling and spin.
+    """
+
+    model: Any
+    state: np.ndarray
+    mass: np.ndarray
+    equalities: int
+    J: np.ndarray
+    impulses: np.ndarray
+    pairs: np.ndarray
+    positions: np.ndarray
+    frames: np.ndarray
+    turning: np.ndarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StepImpact(Displayed):
     """An impact found and solved inside one step of MuJoCo.
 
+    Of the n contacts and k limits, most results are computed on first access.
+
     Attributes:
         time: of the impact [s].
-        pairs: (n) names of the geoms of each contact, the first touched, the second touching.
-        positions: (n, 3) of the contacts [m], world axes.
-        impulses: (n, 3) what the second geom receives [N s], world axes.
-        moments: (n, 3) the moment by resistance to rolling and spin [N m s], world axes.
         approach: (n,) approach speed along the normal [m/s], negative where it parts.
-        separation: (n,) speed along the normal after the impact [m/s].
         restitution: (n,) the e of each contact.
-        limits: (k) names of the joints and tendons at a limit; ``limit_impulses`` (k,) along
-            their coordinate, opening positive [N s or N m s].
         qpos, qvel: (nq,), (nv,) MuJoCo's state just before the impact.
         dv: (nv,) change of the generalized velocities.
-        energy_change: of the kinetic energy [J].
         status: of the law, see ``impulsekit.Status``; where it is not valid nothing was applied.
         residual: of the law's equations.
-        loads: what computes ``joint_impulses``.
+        parts: what the other results are computed from.
     """
 
     time: float
-    pairs: tuple[tuple[str, str], ...]
-    positions: np.ndarray
-    impulses: np.ndarray
-    moments: np.ndarray
     approach: np.ndarray
-    separation: np.ndarray
     restitution: np.ndarray
-    limits: tuple[str, ...]
-    limit_impulses: np.ndarray
     qpos: np.ndarray
     qvel: np.ndarray
     dv: np.ndarray
-    energy_change: float
     status: Status
     residual: float
-    loads: Callable[[], dict[str, np.ndarray]]
+    parts: Parts
+
+    @cached_property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """(n) names of the geoms of each contact, the first touched, the second touching."""
+        model, own = self.parts.model, self.parts.pairs[: len(self.approach)]
+        return tuple((geom_name(model, a), geom_name(model, b)) for a, b in own.tolist())
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(n, 3) of the contacts [m], world axes."""
+        return read_only(self.parts.positions)
+
+    @cached_property
+    def impulses(self) -> np.ndarray:
+        """(n, 3) what the second geom receives [N s], world axes."""
+        return read_only(self._in_world(np.arange(len(self.approach)), self.parts.impulses))
+
+    @cached_property
+    def moments(self) -> np.ndarray:
+        """(n, 3) the moment by resistance to rolling and spin [N m s], world axes."""
+        moments = np.zeros((len(self.approach), 3))
+        turning = self.parts.turning
+        first = len(self.parts.impulses) - len(turning)
+        moments[turning] = self._in_world(turning, self.parts.impulses[first:])
+        return read_only(moments)
+
+    def _in_world(self, which: np.ndarray, components: np.ndarray) -> np.ndarray:
+        """Vectors of contacts whose components are along t₁, t₂ and the normal."""
+        axes = self.parts.frames[which].reshape(-1, 3, 3)
+        own = components[: len(which), [2, 0, 1]]
+        return np.asarray((own[:, None] @ axes)[:, 0])
+
+    @cached_property
+    def separation(self) -> np.ndarray:
+        """(n,) speed along the normal after the impact [m/s]."""
+        normals = self.parts.J[: len(self.approach), 2]
+        return read_only(normals @ (self.qvel + self.dv))
+
+    @cached_property
+    def limits(self) -> tuple[str, ...]:
+        """(k) names of the joints and tendons at a limit."""
+        own = self.parts.pairs[len(self.approach) :].tolist()
+        return tuple(_limit_name(self.parts.model, -1 - kind, number) for kind, number in own)
+
+    @cached_property
+    def limit_impulses(self) -> np.ndarray:
+        """(k,) along the coordinate of each limit, opening positive [N s or N m s]."""
+        n = len(self.approach)
+        return read_only(self.parts.impulses[n : len(self.parts.pairs), 2].copy())
+
+    @cached_property
+    def energy_change(self) -> float:
+        """The change of the kinetic energy [J]."""
+        return float((self.parts.mass @ self.dv) @ (self.qvel + 0.5 * self.dv))
 
     @cached_property
     def joint_impulses(self) -> dict[str, np.ndarray]:
         """By body, (6,) the wrench that its parent gives it in the impact, at the body's origin.
 
-        Linear [N s] before angular [N m s], world axes. Computed on first access.
+        Linear [N s] before angular [N m s], world axes.
 
         Raises:
             InputError: equality constraints were active: part of the load goes through them.
         """
-        return self.loads()
+        parts = self.parts
+        wrenches = np.hstack([self.impulses, self.moments])
+        geoms = parts.pairs[: len(self.approach)]
+        return body_loads(
+            parts.model, parts.state, parts.equalities, self.dv, geoms, self.positions, wrenches
+        )
 
     def __repr__(self) -> str:
         largest = np.linalg.norm(self.impulses, axis=1).max(initial=0.0)
@@ -94,43 +163,6 @@ class StepImpact(Displayed):
             "limits": list(self.limits),
             "limit_impulses": self.limit_impulses.tolist(),
         }
-
-
-def impact_of(
-    model: Any, data: Any, system: System, found: Any, e: np.ndarray, name_of: Callable[[int], str]
-) -> StepImpact:
-    """Return the record of an impact that was solved at the state of ``data``."""
-    status = Status.NO_SOLUTION if found.failure else BY_CODE[found.status]
-    n, k, turns = len(system.pairs), len(system.limits), system.turning_of
-    v, normals = system.velocity, system.contacts[:, 2]
-    if status.valid:
-        dv, own = found.dv, found.impulse.reshape(-1, 3)
-    else:
-        dv, own = np.zeros(model.nv), np.zeros((n + k + len(turns), 3))
-    axes = system.axes
-    impulses = np.einsum("nij,ni->nj", axes, own[:n])
-    moments = np.zeros((n, 3))
-    if len(turns):
-        moments[turns] = np.einsum("nij,ni->nj", axes[turns], own[n + k :])
-    return StepImpact(
-        time=float(data.time),
-        pairs=tuple((name_of(a), name_of(b)) for a, b in system.pairs.tolist()),
-        positions=read_only(system.positions),
-        impulses=read_only(impulses),
-        moments=read_only(moments),
-        approach=read_only(-(normals @ v)),
-        separation=read_only(normals @ (v + dv)),
-        restitution=read_only(e),
-        limits=tuple(_limit_name(model, *one) for one in system.limit_ids.tolist()),
-        limit_impulses=read_only(own[n : n + k, 2].copy()),
-        qpos=read_only(data.qpos.copy()),
-        qvel=read_only(v),
-        dv=read_only(dv),
-        energy_change=float((system.mass @ dv) @ (v + 0.5 * dv)),
-        status=status,
-        residual=float(found.residual),
-        loads=loads_of(model, data, dv, system, np.hstack([impulses, moments])),
-    )
 
 
 def _limit_name(model: Any, kind: int, number: int) -> str:

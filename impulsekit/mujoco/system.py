@@ -2,116 +2,137 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from .._core import solve_matrices
-from ..impact.contact_law import ContactProblem, Turning, friction_models, law_codes
+from ..impact.contact_law import friction_models, law_codes
+from ..impact.status import BY_CODE, Status
+from ..robot.arrays import read_only
 from ..scene.coefficients import EllipticFriction
 from ..scene.law import Law
 from .coefficients import PairCoefficients
 from .listing import Listing
+from .record import Parts, StepImpact
 
-__all__ = ["System", "solve_impact", "system_of"]
+__all__ = ["ImpactSolver"]
+
+# By condim, the rows of t₁, t₂ and the normal after the first, and those of the relative angular
+# velocity; a row that a contact lacks is another one's, and set to zero.
+_SLIDING = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0]] + 4 * [[1, 2, 0]], dtype=np.int32)
+_TURNING = np.array(6 * [[3, 3, 3]] + [[4, 5, 3]], dtype=np.int32)
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-@dataclass(frozen=True, eq=False)
-class System:
-    """Rows of all that touches, contacts first, then limits.
+class _Friction(NamedTuple):
+    """µ (n,), ellipses as the core takes them, and contacts that resist rolling and spin."""
 
-    Attributes:
-        mass: (nv, nv) M, with armature. velocity: (nv,) before.
-        equalities: (m, nv) A.
-        contacts: (n, 3, nv) velocity of geom 2 relative to geom 1 along t₁, t₂ and the normal.
-        turning: (j, 3, nv) relative angular velocity along the same axes; ``turning_of`` (j,).
-        limits: (l, nv), opening positive. limit_ids: (l, 2) kind, joint or tendon.
-        pairs: (n, 2) geoms. positions: (n, 3). axes: (n, 3, 3), rows t₁, t₂, normal.
-        dims: (n,) condim. friction: (n, 5) MuJoCo's.
-    """
-
-    mass: np.ndarray
-    velocity: np.ndarray
-    equalities: np.ndarray
-    contacts: np.ndarray
+    mu: np.ndarray
+    models: list[Any]
     turning: np.ndarray
-    turning_of: np.ndarray
-    limits: np.ndarray
-    limit_ids: np.ndarray
-    pairs: np.ndarray
-    positions: np.ndarray
-    axes: np.ndarray
-    dims: np.ndarray
-    friction: np.ndarray
+    rolling: np.ndarray
+    torsion: np.ndarray
 
 
-def system_of(model: Any, data: Any, listing: Listing, which: np.ndarray) -> System:
-    """Return the rows of some entries of a listing at the state of ``data``."""
-    nv, contact = model.nv, data.contact
-    n = int(np.count_nonzero(which < len(listing.numbers)))
-    own, limits = which[:n], which[n:]
-    numbers, address = listing.numbers[own], listing.address[own]
-    dims, rows = listing.dims[own], listing.rows
-    contacts = np.zeros((n, 3, nv))
-    contacts[:, 2] = rows[address]
-    sliding = np.flatnonzero(dims > 1)
-    for k in range(2):
-        contacts[sliding, k] = rows[address[sliding] + 1 + k]
-    turns = np.flatnonzero(dims > 3)
-    turning = np.zeros((len(turns), 3, nv))
-    turning[:, 2] = rows[address[turns] + 3]
-    rolls = np.flatnonzero(dims[turns] == 6)
-    for k in range(2):
-        turning[rolls, k] = rows[address[turns[rolls]] + 4 + k]
-    mass = np.empty((nv, nv))
-    mujoco.mj_fullM(model, data, mass)
-    return System(
-        mass, data.qvel.copy(), rows[listing.equalities], contacts, turning, turns,
-        rows[listing.address[limits]], listing.pairs[limits] * [-1, 1] - [1, 0],
-        listing.pairs[own], listing.positions[own],
-        contact.frame[numbers].reshape(n, 3, 3)[:, [1, 2, 0]], dims, contact.friction[numbers],
-    )  # fmt: skip
+class ImpactSolver:
+    """M Δv = Aᵀλ + JᵀP with A Δv = 0 for equalities; limits are contacts without friction.
 
-
-def solve_impact(
-    model: Any, system: System, coefficients: PairCoefficients, e_limits: float, law: Law
-) -> tuple[Any, np.ndarray]:
-    """Return the core's solution, and e (n,) of contacts.
-
-    M Δv = Aᵀλ + JᵀP with A Δv = 0 for equalities; limits are contacts without friction.
+    Args:
+        model: the ``mujoco.MjModel``, which is kept.
+        limits: e of limits.
     """
-    n, k, v = len(system.pairs), len(system.limits), system.velocity
-    approach = np.maximum(-(system.contacts[:, 2] @ v), 0.0)
-    e = [
-        coefficients.restitution(a, b, speed)
-        for (a, b), speed in zip(system.pairs.tolist(), approach.tolist(), strict=True)
-    ]
-    slides = system.friction[:, :2]
-    if coefficients.friction is not None:
-        slides = np.full((n, 2), coefficients.friction)
-    slides = np.where(system.dims[:, None] > 1, slides, 0.0)
-    models = []
-    if (slides[:, 0] != slides[:, 1]).any():
-        given = [EllipticFriction(a, b) if a != b else a for a, b in slides.tolist()]
-        models = friction_models([*given, *[0.0] * k], [np.array([1.0, 0.0])] * (n + k))
-    j = system.turning_of
-    J = np.zeros((n + k + len(j), 3, model.nv))
-    J[:n], J[n : n + k, 2], J[n + k :] = system.contacts, system.limits, system.turning
-    turning = None
-    if len(j):
-        rolling = np.where(system.dims[j] == 6, system.friction[j, 3:].mean(axis=1), 0.0)
-        turning = Turning(j, rolling, system.friction[j, 2])
-    zeros = np.zeros(n + k)
-    mu = np.append(slides.max(axis=1, initial=0.0), np.zeros(k))
-    problem = ContactProblem(
-        zeros, zeros, zeros, np.array(e + [e_limits] * k), mu, zeros, turning=turning
-    )
-    parent = np.arange(-1, model.nv - 1) if model.tendon_armature.any() else model.dof_parentid
-    found = solve_matrices(
-        system.mass, np.ascontiguousarray(parent, dtype=np.int32), v,
-        system.equalities, system.equalities @ v, J.reshape(-1, model.nv),
-        problem.coefficients(), models, *law_codes(law),
-    )  # fmt: skip
-    return found, np.array(e)
+
+    def __init__(
+        self, model: Any, coefficients: PairCoefficients, limits: float | None, law: Law
+    ) -> None:
+        self._model, self._coefficients, self._limits = model, coefficients, limits or 0.0
+        self._law = law_codes(law)
+        parent = np.arange(-1, model.nv - 1) if model.tendon_armature.any() else model.dof_parentid
+        self._parent = np.ascontiguousarray(parent, dtype=np.int32)
+        self._state_size = mujoco.mj_stateSize(model, _STATE)
+
+    def solve(self, data: Any, listing: Listing, which: np.ndarray) -> StepImpact:
+        """Return the impact of some entries of a listing at the state of ``data``."""
+        model, v, dims = self._model, data.qvel.copy(), listing.dims[which]
+        contacts = which[: which.searchsorted(len(listing.numbers))]
+        n, nv = len(contacts), model.nv
+        pairs = listing.pairs[which]
+        friction = self._friction(data.contact.friction[listing.numbers[contacts]], dims)
+        J = self._rows(listing, which, dims, friction.turning)
+        approach = -(J[: len(which), 2] @ v)
+        e = self._restitution(pairs, approach, n)
+        zeros = np.zeros(len(which))
+        turns = len(friction.turning) > 0
+        mass = np.empty((nv, nv))
+        mujoco.mj_fullM(model, data, mass)
+        equalities = listing.rows[: listing.equalities]
+        found = solve_matrices(
+            mass, self._parent, v, equalities, equalities @ v, J.reshape(-1, nv),
+            (
+                e, friction.mu, zeros, None, None,
+                *((friction.turning, friction.rolling, friction.torsion) if turns else 3 * [None]),
+            ),
+            friction.models, *self._law,
+        )  # fmt: skip
+        status = Status.NO_SOLUTION if found.failure else BY_CODE[found.status]
+        dv, own = found.dv, found.impulse
+        if not status.valid:
+            dv, own = np.zeros(nv), np.zeros(3 * len(J))
+        state = np.empty(self._state_size)
+        mujoco.mj_getState(model, data, state, _STATE)
+        return StepImpact(
+            time=data.time,
+            approach=read_only(approach[:n]),
+            restitution=read_only(e[:n]),
+            qpos=read_only(data.qpos.copy()),
+            qvel=read_only(v),
+            dv=read_only(dv),
+            status=status,
+            residual=found.residual,
+            parts=Parts(
+                model, state, mass, listing.equalities, J, own.reshape(-1, 3), pairs,
+                listing.positions[contacts], data.contact.frame[listing.numbers[contacts]],
+                friction.turning,
+            ),
+        )  # fmt: skip
+
+    def _rows(
+        self, listing: Listing, which: np.ndarray, dims: np.ndarray, turning: np.ndarray
+    ) -> np.ndarray:
+        """(n + k + j, 3, nv) J of contacts, limits, and the turning of contacts."""
+        address = listing.address[which]
+        numbers = address[:, None] + _SLIDING[dims]
+        if len(turning):
+            numbers = np.concatenate([numbers, address[turning, None] + _TURNING[dims[turning]]])
+        J = listing.rows[numbers]
+        if (dims == 1).any():
+            J[: len(which)][dims == 1, :2] = 0.0
+        if len(turning):
+            J[len(which) :][dims[turning] == 4, :2] = 0.0
+        return J
+
+    def _friction(self, given: np.ndarray, dims: np.ndarray) -> _Friction:
+        """Friction of contacts from MuJoCo's five numbers (n, 5), and of limits."""
+        n, slides = len(given), np.zeros((len(dims), 2))
+        mu = self._coefficients.friction
+        slides[:n] = given[:, :2] if mu is None else mu
+        slides[dims == 1] = 0.0
+        models: list[Any] = []
+        if (slides[:, 0] != slides[:, 1]).any():
+            ellipses = [EllipticFriction(a, b) if a != b else a for a, b in slides.tolist()]
+            models = friction_models(ellipses, [np.array([1.0, 0.0])] * len(dims))
+        turning = (dims > 3).nonzero()[0].astype(np.int32)
+        own = given[turning]
+        rolling = np.where(dims[turning] == 6, 0.5 * (own[:, 3] + own[:, 4]), 0.0)
+        return _Friction(slides.max(axis=1), models, turning, rolling, own[:, 2].copy())
+
+    def _restitution(self, pairs: np.ndarray, approach: np.ndarray, n: int) -> np.ndarray:
+        e = np.full(len(pairs), self._limits)
+        of = self._coefficients.restitution
+        e[:n] = [
+            of(a, b, max(speed, 0.0))
+            for (a, b), speed in zip(pairs[:n].tolist(), approach[:n].tolist(), strict=True)
+        ]
+        return e

@@ -208,6 +208,41 @@ def test_the_impulse_at_the_start_of_the_step_keeps_e():
     assert len(hit.pairs) == 4
 
 
+def two_balls(heights, speeds, extra=""):
+    """Balls above the floor that touch it at different times of one step of 10 ms."""
+    balls = "".join(
+        f'<body pos="{i} 0 {0.1 + z}"><freejoint/><geom size=".1" mass="1" {extra}/></body>'
+        for i, z in enumerate(heights)
+    )
+    model, data = made(balls, 'gravity="0 0 0" integrator="RK4" timestep="0.01"')
+    data.qvel[[2, 8]] = speeds
+    return model, data
+
+
+def test_each_contact_of_a_step_hits_at_its_own_time():
+    model, data = two_balls((0.002, 0.006), (-1.0, -1.0))
+    impacts = Impacts(model, restitution=0.5)
+    impacts.step(data)
+    assert np.allclose([hit.time for hit in impacts.last], [0.002, 0.006], atol=1e-10)
+    assert np.allclose(data.qpos[[2, 9]] - 0.1, [0.004, 0.002], atol=1e-8)
+    assert np.allclose(data.qvel[[2, 8]], 0.5, rtol=1e-9)
+
+
+def test_a_slow_touch_hides_no_later_impact_of_the_step():
+    model, data = two_balls((0.0001, 0.006), (-0.1, -1.0))
+    impacts = Impacts(model, restitution=0.5, threshold=0.2)
+    impacts.step(data)
+    assert [hit.time for hit in impacts.last] == [pytest.approx(0.006, abs=1e-10)]
+
+
+def test_contacts_that_the_gap_lists_before_they_touch_hit():
+    model, data = two_balls((0.006, 0.006), (-1.0, -1.0), 'gap="0.01"')
+    assert model.geom_gap.max() == 0.01
+    impacts = Impacts(model, restitution=0.5)
+    impacts.step(data)
+    assert np.allclose(data.qvel[[2, 8]], 0.5, rtol=1e-9)
+
+
 def test_a_state_that_was_set_anew_is_looked_at_anew():
     model, data = made(BALL.format(at="0 0 .6", condim=3, mu=0.3))
     impacts = Impacts(model, restitution=0.5)
