@@ -80,7 +80,7 @@ class Differentiable:
         """(B, nv) v⁺, NaN in rows without an impact, and (B,) whether derivatives exist."""
         q, v, varied = self._given(arrays)
         found = derivatives_batch(
-            self._scene, self._unit(q), v, of=(), by=(), threads=self._threads, **varied
+            self._scene, self.unit(q), v, of=(), by=(), threads=self._threads, **varied
         )
         return found.impacts.v_after, found.exists
 
@@ -112,15 +112,17 @@ class Differentiable:
         batch_inputs(self._scene, row_q, row_v, **varied)
         return [((*lead, *o), base) for o, base in zip(own, bases, strict=True)]
 
-    def pull(self, arrays: Sequence[np.ndarray], cotangent: np.ndarray) -> list[np.ndarray]:
-        """The gradients by all arrays, 0 in rows that have none."""
+    def pull(
+        self, arrays: Sequence[np.ndarray], cotangent: np.ndarray | Mapping[str, np.ndarray]
+    ) -> list[np.ndarray]:
+        """Return the gradients by all arrays, 0 in rows that have none; as ``vjp`` takes them."""
         q, v, varied = self._given(arrays)
-        q = self._unit(q)
+        q = self.unit(q)
         by = {leaf.argument for leaf in self._leaves}
         kinds = ("q", "v", *(_BY.get(name, name) for name in by))
         found = vjp(self._scene, q, v, cotangent, by=kinds, threads=self._threads, **varied)
         table = {kind: np.nan_to_num(found[kind], nan=0.0) for kind in kinds}
-        gradients = [self._by_entries(arrays[0], q, table["q"]), table["v"]]
+        gradients = [self.by_entries(arrays[0], q, table["q"]), table["v"]]
         for leaf, array in zip(self._leaves, arrays[2:], strict=True):
             own = table[_BY.get(leaf.argument, leaf.argument)]
             gradients.append(self._part(leaf, own, found.links, array).reshape(array.shape))
@@ -152,15 +154,15 @@ class Differentiable:
             return table
         return table[:, scene.entry_names("contacts").index(leaf.name)]
 
-    def _unit(self, q: np.ndarray) -> np.ndarray:
-        """q with its unit vectors of unit length."""
+    def unit(self, q: np.ndarray) -> np.ndarray:
+        """Return q with its unit vectors of unit length."""
         q = np.array(q)
         for where in self._units:
             q[:, where] /= np.linalg.norm(q[:, where], axis=1, keepdims=True)
         return q
 
-    def _by_entries(self, given: np.ndarray, q: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-        """(B, nq) of slopes (B, nv), at q of unit length."""
+    def by_entries(self, given: np.ndarray, q: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+        """Return (B, nq) of slopes (B, nv), at q of unit length."""
         found = slopes_by_entries(self._model, q, np.ascontiguousarray(slopes)).reshape(q.shape)
         for where in self._units:
             found[:, where] /= np.linalg.norm(given[:, where], axis=1, keepdims=True)
