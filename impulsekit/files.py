@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 _REASONS: dict[type[OSError], str] = {
-    FileNotFoundError: "there is no such file",
-    NotADirectoryError: "there is no such file",
+    FileNotFoundError: "no such file",
+    NotADirectoryError: "no such file",
     IsADirectoryError: "that is a folder, not a file",
     PermissionError: "that is not permitted",
 }

@@ -24,7 +24,7 @@ def path(name: str) -> str:
     """Return the URDF file of a small model that comes with impulsekit, such as "ball".
 
     Raises:
-        UnknownNameError: there is no such model; it carries the nearest names.
+        UnknownNameError: the name is unknown; it carries the nearest names.
 
     Example:
         >>> from impulsekit import Robot

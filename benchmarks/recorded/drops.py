@@ -65,7 +65,7 @@ def load_drops(path: str | os.PathLike[str]) -> Drops:
 
     label = shown(os.fspath(path), 200)
     if not os.path.exists(path):
-        raise FileError(f"{label}: there is no such file; {WHERE}", path=os.fspath(path))
+        raise FileError(f"{label}: no such file; {WHERE}", path=os.fspath(path))
     with as_file_error(path), open_plain_file(path) as file:
         if os.fstat(file.fileno()).st_size > LARGEST:
             raise FileError(f"{label}: too large for a list of impacts", path=os.fspath(path))

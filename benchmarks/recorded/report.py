@@ -59,13 +59,13 @@ def find_data(path: str | os.PathLike[str]) -> list[tuple[str, Path]]:
     Kinds are "cube", "elbow", "drops" and "landings".
 
     Raises:
-        FileError: there is no such file or folder.
+        FileError: the file or folder does not exist.
         InputError: no data that is known, with where it can be had.
     """
     top = Path(path)
     label = shown(os.fspath(path), 200)
     if not top.exists():
-        raise FileError(f"{label}: there is no such file; {_where()}", path=os.fspath(path))
+        raise FileError(f"{label}: no such file; {_where()}", path=os.fspath(path))
     if not top.is_dir():
         return [("drops" if top.suffix == ".mat" else "cube", top)]
     found: list[tuple[str, Path]] = []

@@ -43,7 +43,7 @@ def load_tosses(path: str | os.PathLike[str], robot: Robot) -> list[Recording]:
         FileError, InputError: there are none, with where they can be had.
     """
     if not os.path.exists(path):
-        raise FileError(f"{shown(os.fspath(path), 200)}: there is no such file; {WHERE}",
+        raise FileError(f"{shown(os.fspath(path), 200)}: no such file; {WHERE}",
                         path=os.fspath(path))  # fmt: skip
     if not os.path.isdir(path):
         return load_recordings(path, robot)

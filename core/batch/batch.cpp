@@ -176,7 +176,7 @@ class Block {
                 tree_.rotation[k] =
                     turned_on(tree_.rotation[parent], model_.bodies[k], a.stance[k]);
             }
-        auto press = [&] {
+        auto add_forces = [&] {
             std::fill(a.wrench.begin(), a.wrench.end(), Spatial<Pack>{});
             for (std::size_t i = 0; i < scene_.blows.size(); ++i) {
                 const int body = scene_.blows[i].site.body;
@@ -184,10 +184,10 @@ class Block {
                     wrench_of(scene_.blows[i], given_.data() + 6 * i, tree_.rotation[body], true);
             }
         };
-        press();
+        add_forces();
         a.respond(struck_.data(), tau_.data(), dv_.data());
         if (b_.out.generalized_impulse || b_.out.energy_change) {
-            press();
+            add_forces();
             a.collect(struck_.data(), tau_.data(), impulse_.data());
         }
         const Pack flaws = flaw(dv_), blows = largest_of(given_), jumps = largest_of(dv_);
@@ -211,13 +211,13 @@ class Block {
         for (int k = 1; k < tree_.count(); ++k)
             tree_.gathered[k] = tree_.in_world(k, inertia_at(k));
         tree_.mass_matrix(M_.data());
-        press_blows(scene_, given_.data(), tree_);
+        add_blow_wrenches(scene_, given_.data(), tree_);
         tree_.gather(impulse_.data());
         for (int i = 0; i < model_.nv; ++i) impulse_[i] += tau_[i];
         for (int k = 0; k < kLanes; ++k) state_[k] = given_of(row_of(k));
         rows_.fill(tree_, q_.data(), v_.data(), state_);
-        impulses_.assign(3 * rows_.touches.size(), Pack{});
-        moments_.assign(3 * rows_.touches.size(), Pack{});
+        impulses_.assign(3 * rows_.contact_frames.size(), Pack{});
+        moments_.assign(3 * rows_.contact_frames.size(), Pack{});
         multipliers_.assign(scene_.rows() + 1, Pack{});
         std::fill(dv_.begin(), dv_.end(), Pack{});
         for (int k = 0; k < count_; ++k) {
@@ -250,16 +250,17 @@ class Block {
         if (solution_.failure != ImpactSolution::Failure::none ||
             (status != Status::solved && status != Status::energy_gain))
             return;
-        take_lane(tree_, k, lane_tree_);
+        extract_lane(tree_, k, lane_tree_);
         Differentiated d;
-        d.is_closed = find_meetings(rows_, lane_tree_, k, lane_, meetings_, derivation_.contact);
+        d.is_closed =
+            find_frame_pair_states(rows_, lane_tree_, k, lane_, pairs_, derivation_.contact);
         entries_.clear();
         for (const StateRows::Point& point : lane_.points) entries_.push_back(point.entry);
         d.tree = &lane_tree_;
         d.problem = &p;
         d.solution = &solution_;
         d.entries = entries_.data();
-        d.meetings = meetings_.data();
+        d.pairs = pairs_.data();
         d.impulses = b_.in.impulses.row(row);
         d.masses = b_.in.masses.row(row);
         d.has_own_restitution = !b_.in.restitution.data;
@@ -331,7 +332,7 @@ class Block {
     void solve_lane(int k) {
         const int nv = model_.nv, row = first_ + k;
         std::int8_t& code = b_.out.codes[row];
-        rows_.take(tree_, k, lane_);
+        rows_.extract(tree_, k, lane_);
         if (lane_.without_line >= 0 || lane_.without_ellipse >= 0) {
             code = kRefused;
             return;
@@ -369,10 +370,10 @@ class Block {
         const std::size_t points = lane_.points.size();
         for (std::size_t i = 0; i < points; ++i)
             for (int j = 0; j < 3; ++j)
-                impulses_[3 * lane_.touch_of[i] + j][k] = s.contact.impulse[3 * i + j];
+                impulses_[3 * lane_.contact_frame_of[i] + j][k] = s.contact.impulse[3 * i + j];
         for (std::size_t i = 0; i < lane_.turning_of.size(); ++i)
             for (int j = 0; j < 3; ++j)
-                moments_[3 * lane_.touch_of[lane_.turning_of[i]] + j][k] =
+                moments_[3 * lane_.contact_frame_of[lane_.turning_of[i]] + j][k] =
                     s.contact.impulse[3 * (points + i) + j];
         if (b_.out.constraint_impulses)
             std::copy(s.multipliers.begin(), s.multipliers.end(),
@@ -448,9 +449,9 @@ class Block {
     // What each joint carries, and how links move.
     void load() {
         tree_.move(dv_.data());
-        press_blows(scene_, given_.data(), tree_);
+        add_blow_wrenches(scene_, given_.data(), tree_);
         if (!by_articulated_)
-            rows_.press(tree_, impulses_.data(), moments_.data(), multipliers_.data());
+            rows_.add_wrenches(tree_, impulses_.data(), moments_.data(), multipliers_.data());
         for (int k = 1; k < tree_.count(); ++k)
             tree_.wrench[k] = tree_.in_world(k, inertia_at(k)) * tree_.twist[k] - tree_.wrench[k];
         tree_.gather(impulse_.data());
@@ -492,7 +493,7 @@ class Block {
     std::vector<int> loaded_;
     Tree<double> lane_tree_;
     Derivation derivation_;
-    std::vector<Meeting<double>> meetings_;
+    std::vector<FramePairState<double>> pairs_;
     std::vector<int> entries_;
     std::vector<double> weights_, slopes_;
 };
@@ -512,14 +513,14 @@ struct Work {
     }
 
     // Solve pieces until none is left. `look` of the calling thread, else null.
-    void run(const std::function<void(int)>* look) {
+    void run(const std::function<void(int)>* on_progress) {
         try {
             Block block(batch);
             for (int begin; (begin = next.fetch_add(piece)) < blocks;) {
                 const int end = std::min(begin + piece, blocks);
                 for (int i = begin; i < end; ++i) block.solve(i);
                 done += std::min(end * kLanes, batch.in.size) - begin * kLanes;
-                if (look) (*look)(done);
+                if (on_progress) (*on_progress)(done);
             }
         } catch (...) {
             stop();
@@ -529,7 +530,7 @@ struct Work {
 
 }  // namespace
 
-void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& look) {
+void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& on_progress) {
     const int blocks = (batch.in.size + kLanes - 1) / kLanes;
     threads = std::max(1, std::min(threads, blocks));
     Work work{batch, blocks, std::max(1, std::min(kPiece, blocks / threads)), {}, {}, {}, {}};
@@ -539,10 +540,10 @@ void solve_rows(const Batch& batch, int threads, const std::function<void(int)>&
     } catch (...) {
         work.stop();
     }
-    work.run(&look);
+    work.run(&on_progress);
     for (std::thread& other : others) other.join();
     if (work.error) std::rethrow_exception(work.error);
-    look(work.done);
+    on_progress(work.done);
 }
 
 }  // namespace impulsekit

@@ -60,6 +60,6 @@ struct Batch {
 
 // Solve all rows. `look`: called now and then on the calling thread with the rows done; what it
 // throws, or a function of a coefficient, ends the batch.
-void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& look);
+void solve_rows(const Batch& batch, int threads, const std::function<void(int)>& on_progress);
 
 }  // namespace impulsekit

@@ -29,7 +29,10 @@ Column column_of(const std::optional<Matrix>& given, int size, std::size_t width
     if (!given) return column;
     const std::size_t rows = given->shape(0);
     if (given->shape(1) != width || (rows != 1 && rows != static_cast<std::size_t>(size)))
-        throw nb::value_error((std::string(name) + ": another shape is wanted").c_str());
+        throw nb::value_error((std::string(name) + ": must be (1 or rows, " +
+                               std::to_string(width) + "), got (" + std::to_string(rows) + ", " +
+                               std::to_string(given->shape(1)) + ")")
+                                  .c_str());
     column.data = given->data();
     column.width = width;
     column.varies = rows > 1;
@@ -41,7 +44,8 @@ void add_contact(ContactLaw& self, const Tables& restitution, const nb::tuple& f
                  double rolling, double torsion) {
     ContactCoefficients own;
     const auto& [value, capture, speeds, values, function, slope] = restitution;
-    if (speeds.size() != values.size()) throw nb::value_error("a value for each speed is wanted");
+    if (speeds.size() != values.size())
+        throw nb::value_error("restitution: must have as many values as speeds");
     own.restitution.value = value;
     own.restitution.capture = capture;
     own.restitution.speeds = speeds;
@@ -70,7 +74,8 @@ void add_blow(GivenScene& self, const std::pair<int, Array>& site, bool is_local
 
 void add_kick(GivenScene& self, int v) {
     self.check_unused();
-    if (v < 0 || v >= self.model.nv) throw nb::value_error("there is no such speed");
+    if (v < 0 || v >= self.model.nv)
+        throw nb::value_error("v: expected the number of a degree of freedom, got another");
     self.scene.kicks.push_back(v);
 }
 
@@ -97,7 +102,7 @@ void vary_points(GivenScene& self, const std::vector<int>& contacts) {
     self.check_unused();
     for (int entry : contacts)
         if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
-            throw nb::value_error("points: there is no such contact");
+            throw nb::value_error("points: expected numbers of the scene's contacts");
     self.scene.points = contacts;
 }
 
@@ -118,7 +123,9 @@ double* output_of(const nb::dict& outputs, const char* name, std::size_t size) {
     if (!outputs.contains(name)) return nullptr;
     const Output array = array_as_it_is<Output>(outputs[name], name);
     if (array.size() != size)
-        throw nb::value_error((std::string(name) + ": another size is wanted").c_str());
+        throw nb::value_error((std::string(name) + ": expected " + std::to_string(size) +
+                               " numbers, got " + std::to_string(array.size()))
+                                  .c_str());
     return array.data();
 }
 
@@ -133,14 +140,15 @@ void take_slopes(const GivenScene& self, const Given& given, const nb::dict& out
     in.weights = given.column("weights", results);
     const auto check = [](const std::vector<int>& numbers, int count) {
         for (int i : numbers)
-            if (i < 0 || i >= count) throw nb::value_error("there is no such result or parameter");
+            if (i < 0 || i >= count)
+                throw nb::value_error("results, parameters: expected numbers below their counts");
     };
     check(in.results, results);
     check(in.parameters, Parameters(scene).count);
     const std::size_t sets = in.weights.data ? 1 : in.results.size(), B = in.size;
     batch.out.slopes = output_of(outputs, "slopes", B * sets * in.parameters.size());
     const Codes existence = array_as_it_is<Codes>(outputs["existence"], "existence");
-    if (existence.size() != B) throw nb::value_error("existence: another size is wanted");
+    if (existence.size() != B) throw nb::value_error("existence: must have one entry for each row");
     batch.out.existence = existence.data();
 }
 

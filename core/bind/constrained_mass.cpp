@@ -14,16 +14,16 @@ namespace impulsekit {
 namespace {
 
 // With arrays of its own.
-struct OwnHeldMass {
+struct OwnConstrainedMass {
     std::vector<double> A, wider;
     std::vector<int> vectors;
     int nv, count;
-    std::unique_ptr<HeldMass> held;
+    std::unique_ptr<ConstrainedMass> held;
 };
 
-OwnHeldMass* made(const Array& M, const std::vector<int>& parent, const Array& A,
-                  const std::vector<int>& vectors, const std::optional<Array>& wider) {
-    auto own = std::make_unique<OwnHeldMass>();
+OwnConstrainedMass* made(const Array& M, const std::vector<int>& parent, const Array& A,
+                         const std::vector<int>& vectors, const std::optional<Array>& wider) {
+    auto own = std::make_unique<OwnConstrainedMass>();
     own->nv = static_cast<int>(parent.size());
     own->count = static_cast<int>(vectors.size());
     const std::size_t nv = parent.size(), m = vectors.size();
@@ -37,39 +37,40 @@ OwnHeldMass* made(const Array& M, const std::vector<int>& parent, const Array& A
         const double* given = data_of(*wider, m, "wider");
         own->wider.assign(given, given + m);
     }
-    own->held = std::make_unique<HeldMass>(data_of(M, nv * nv, "M"), parent.data(), own->nv,
-                                           HeldRows{own->count, own->A.data(), own->vectors.data(),
-                                                    wider ? own->wider.data() : nullptr});
+    own->held = std::make_unique<ConstrainedMass>(
+        data_of(M, nv * nv, "M"), parent.data(), own->nv,
+        ConstraintRows{own->count, own->A.data(), own->vectors.data(),
+                       wider ? own->wider.data() : nullptr});
     return own.release();
 }
 
 // How many vectors (nv) an array holds, copied.
-std::vector<double> columns_of(const OwnHeldMass& own, const Array& given) {
+std::vector<double> columns_of(const OwnConstrainedMass& own, const Array& given) {
     if (own.held->weak() >= 0) throw nb::value_error("M is singular");
     if (own.nv == 0 ? given.size() != 0 : given.size() % own.nv != 0)
-        throw nb::value_error("another number of degrees of freedom is wanted");
+        throw nb::value_error("vectors: must have as many entries as M has degrees of freedom");
     return std::vector<double>(given.data(), given.data() + given.size());
 }
 
 template <typename Use>
-auto each(const OwnHeldMass& own, const Array& given, Use use) {
+auto each(const OwnConstrainedMass& own, const Array& given, Use use) {
     std::vector<double> x = columns_of(own, given);
     for (std::size_t at = 0; at < x.size(); at += own.nv) use(x.data() + at);
     return array_of(x);
 }
 
-nb::tuple respond(const OwnHeldMass& own, const Array& points) {
+nb::tuple respond(const OwnConstrainedMass& own, const Array& points) {
     const std::vector<double> rows = columns_of(own, points);
-    std::vector<double> moved, borne, W;
-    own.held->respond(rows.data(), static_cast<int>(rows.size()) / std::max(own.nv, 1), moved,
-                      borne, W);
-    return nb::make_tuple(array_of(moved), array_of(borne), array_of(W));
+    std::vector<double> velocity_changes, unit_multipliers, W;
+    own.held->respond(rows.data(), static_cast<int>(rows.size()) / std::max(own.nv, 1),
+                      velocity_changes, unit_multipliers, W);
+    return nb::make_tuple(array_of(velocity_changes), array_of(unit_multipliers), array_of(W));
 }
 
 }  // namespace
 }  // namespace impulsekit
 
-void bind_held_mass(nb::module_& module) {
+void bind_constrained_mass(nb::module_& module) {
     using namespace impulsekit;
     constexpr auto kCopy = nb::rv_policy::automatic;
     using Rows = BilateralRows;
@@ -77,7 +78,7 @@ void bind_held_mass(nb::module_& module) {
         .def(
             "__init__",
             [](Rows* self, const Array& half, const Integers& vectors) {
-                if (half.ndim() != 2) throw nb::value_error("half: two dimensions are wanted");
+                if (half.ndim() != 2) throw nb::value_error("half: must have two dimensions");
                 const int m = static_cast<int>(half.shape(0)), nv = static_cast<int>(half.shape(1));
                 new (self) Rows(half.data(), m, nv, data_of(vectors, half.shape(0), "vectors"));
             },
@@ -90,24 +91,25 @@ void bind_held_mass(nb::module_& module) {
         .def_prop_ro("rounding_of_span", &Rows::rounding_of_span)
         .def(
             "solve",
-            [](const Rows& r, const Array& wanted) {
-                std::vector<double> impulse(r.count()), lacking(r.count());
-                r.solve(data_of(wanted, r.count(), "wanted"), impulse.data(), lacking.data());
-                return nb::make_tuple(array_of(impulse), array_of(lacking));
+            [](const Rows& r, const Array& target) {
+                std::vector<double> impulse(r.count()), shortfall(r.count());
+                r.solve(data_of(target, r.count(), "target"), impulse.data(), shortfall.data());
+                return nb::make_tuple(array_of(impulse), array_of(shortfall));
             },
-            nb::arg("wanted"),
-            "Return the impulses of least norm, and what dependent rows lack of what is wanted.")
+            nb::arg("target"),
+            "Return the impulses of least norm, and what dependent rows miss of the target.")
         .def(
-            "project_off",
+            "project_out",
             [](const Rows& r, const Array& row) {
                 const double* given = data_of(row, r.size(), "row");
                 std::vector<double> left(given, given + r.size());
-                r.project_off(left.data());
+                r.project_out(left.data());
                 return array_of(left);
             },
             nb::arg("row"), kCopy, "Return a half-solved row less its part in the span.");
-    using H = OwnHeldMass;
-    nb::class_<H>(module, "HeldMass", "M under bilateral rows, factored; vectors row by row.")
+    using H = OwnConstrainedMass;
+    nb::class_<H>(module, "ConstrainedMass",
+                  "M under bilateral rows, factored; vectors row by row.")
         .def(nb::new_(&made), nb::arg("M"), nb::arg("parent"), nb::arg("A"), nb::arg("vectors"),
              nb::arg("wider").none())
         .def_prop_ro("weak", [](const H& h) { return h.held->weak(); })
@@ -125,22 +127,22 @@ void bind_held_mass(nb::module_& module) {
             },
             nb::arg("x"), kCopy, "Return half-solved vectors (k, nv): C with A M⁻¹ Aᵀ = Cᵀ C.")
         .def(
-            "off_held",
+            "project_out",
             [](const H& h, const Array& x) {
                 return each(h, x, [&](double* own) {
                     h.held->mass().half(own);
-                    if (h.count > 0) h.held->rows()->project_off(own);
+                    if (h.count > 0) h.held->rows()->project_out(own);
                 });
             },
             nb::arg("x"), kCopy, "Return half-solved vectors (k, nv) less what the rows hold.")
         .def(
             "fill",
-            [](const H& h, const Array& wanted) {
+            [](const H& h, const Array& target) {
                 std::vector<double> impulse(h.nv);
-                h.held->fill(data_of(wanted, h.count, "wanted"), impulse.data());
+                h.held->fill(data_of(target, h.count, "target"), impulse.data());
                 return array_of(impulse);
             },
-            nb::arg("wanted"), kCopy, "Return (nv) what goes with A Δv = wanted where M is filled.")
+            nb::arg("target"), kCopy, "Return (nv) what goes with A Δv = target where M is filled.")
         .def("respond", &respond, nb::arg("points"),
              "Return Δv and λ of unit impulses on points' rows (k, nv), and W (k, k).");
 }

@@ -23,7 +23,7 @@ struct OwnDerivation {
     std::vector<double> v, M, numbers, impulse;
     StateRows rows;
     std::vector<int> entries;
-    std::vector<Meeting<double>> meetings;
+    std::vector<FramePairState<double>> pairs;
     PointCoefficients coefficients;
     ImpactProblem problem;
     ImpactSolution solution;
@@ -62,10 +62,10 @@ bool choose_points(const Scene& scene, const StateRows& all, const std::vector<i
     own.rows.turning_of.clear();
     own.rows.J.clear();
     own.rows.points.clear();
-    own.rows.touch_of.clear();
+    own.rows.contact_frame_of.clear();
     for (int j : chosen) {
         own.rows.points.push_back(all.points[j]);
-        own.rows.touch_of.push_back(all.touch_of[j]);
+        own.rows.contact_frame_of.push_back(all.contact_frame_of[j]);
         own.rows.J.insert(own.rows.J.end(), all.J.begin() + j * block,
                           all.J.begin() + (j + 1) * block);
     }
@@ -98,7 +98,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     const Scene& scene = self.scene;
     const int nv = self.model.nv, n = static_cast<int>(entries.size());
     if (law.contacts.size() != scene.contacts.size())
-        throw nb::value_error("law: coefficients of each contact are wanted");
+        throw nb::value_error("law: must have coefficients for each contact");
     if (inertia_of >= 0) check_body(self.model, inertia_of);
     auto own = std::make_unique<OwnDerivation>(scene, law);
     const double *at = data_of(q, self.model.nq, "q"), *speeds = data_of(v, nv, "v"),
@@ -110,7 +110,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     take_solution(found, nv, scene.rows(), n, own->solution);
     for (int entry : entries)
         if (entry < 0 || entry >= static_cast<int>(scene.contacts.size()))
-            throw nb::value_error("entries: there is no such contact");
+            throw nb::value_error("entries: expected numbers of the scene's contacts");
     const nb::gil_scoped_release release;
     own->tree.place(at);
     own->tree.weigh();
@@ -132,7 +132,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
          {static_cast<const char*>(nullptr), static_cast<const char*>(only.data())}) {
         given.only = part;
         rows.fill(own->tree, at, speeds, &given);
-        rows.take(own->tree, 0, all);
+        rows.extract(own->tree, 0, all);
         chosen.clear();
         is_there = all.points.size() >= entries.size() &&
                    choose_points(scene, all, entries, points, *own, chosen);
@@ -141,14 +141,14 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     own->entries = entries;
     Differentiated d;
     if (is_there)
-        d.is_closed =
-            find_meetings(rows, own->tree, 0, own->rows, own->meetings, own->derivation.contact);
+        d.is_closed = find_frame_pair_states(rows, own->tree, 0, own->rows, own->pairs,
+                                             own->derivation.contact);
     own->problem = problem_of(scene, own->rows, law.law);
     own->problem.M = own->M.data();
     own->problem.v = own->v.data();
     if (count > 0) {
         own->impulse.resize(nv);
-        press_blows(scene, own->numbers.data(), own->tree);
+        add_blow_wrenches(scene, own->numbers.data(), own->tree);
         own->tree.gather(own->impulse.data());
         for (std::size_t i = 0; i < scene.kicks.size(); ++i)
             own->impulse[scene.kicks[i]] += own->numbers[6 * scene.blows.size() + i];
@@ -160,7 +160,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     d.problem = &own->problem;
     d.solution = &own->solution;
     d.entries = own->entries.data();
-    d.meetings = own->meetings.data();
+    d.pairs = own->pairs.data();
     d.impulses = own->numbers.data();
     d.inertia_of = inertia_of;
     own->derivation.set(d);
@@ -173,7 +173,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> pull_back(
     const int results = d.results(), slopes = d.slopes();
     const std::size_t count = given.shape(0);
     if (given.shape(1) != static_cast<std::size_t>(results))
-        throw nb::value_error("weights: another number of results is wanted");
+        throw nb::value_error("weights: must have a column for each result");
     if (d.unavailable != Unavailable::none) throw nb::value_error("there are no derivatives");
     auto* found = new double[std::max<std::size_t>(count * slopes, 1)];
     nb::capsule owner(found, [](void* p) noexcept { delete[] static_cast<double*>(p); });
@@ -228,8 +228,8 @@ void bind_derivatives(nb::module_& module) {
         "parameter_places",
         [](const GivenScene& self) {
             const Parameters p(self.scene);
-            return std::vector<int>{p.q,        p.v,      p.impulses, p.strikes, p.restitution,
-                                    p.friction, p.points, p.normals,  p.masses,  p.count};
+            return std::vector<int>{p.q,        p.v,      p.impulses, p.blow_points, p.restitution,
+                                    p.friction, p.points, p.normals,  p.masses,      p.count};
         },
         nb::arg("scene"), "Where the slopes by each kind of parameter begin.");
 }

@@ -24,7 +24,7 @@ SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array
     const double* p = data_of(impulses, 6 * scene.blows.size() + scene.kicks.size(), "impulses");
     check_given(self, given);
     if (law.contacts.size() != scene.contacts.size())
-        throw nb::value_error("law: coefficients of each contact are wanted");
+        throw nb::value_error("law: must have coefficients for each contact");
     SceneImpact impact;
     const nb::gil_scoped_release release;
     solve_scene(scene, law, at, speeds, p, given.state(), impact);
@@ -34,7 +34,7 @@ SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array
 }  // namespace
 }  // namespace impulsekit
 
-void bind_held_mass(nb::module_& module);
+void bind_constrained_mass(nb::module_& module);
 
 void bind_impact(nb::module_& module) {
     using namespace impulsekit;
@@ -76,7 +76,7 @@ void bind_impact(nb::module_& module) {
         .def_ro("momentum_residual", &S::momentum_residual)
         .def_ro("constraint_residual", &S::constraint_residual)
         .def_ro("contact_residual", &S::contact_residual);
-    bind_held_mass(module);
+    bind_constrained_mass(module);
     nb::class_<SceneImpact>(module, "SceneImpact",
                             "An impact of a scene, with the rows of its state.")
         .def_ro("rows", &SceneImpact::rows)

@@ -62,13 +62,14 @@ ContactProblem GivenContacts::coefficients() const {
     if (stiffness) p.stiffness = data_of(*stiffness, n, "stiffness");
     if (adhesion) p.adhesion = data_of(*adhesion, n, "adhesion");
     if (k > 0) {
-        if (!rolling || !torsion) throw nb::value_error("turning: rolling and torsion are wanted");
+        if (!rolling || !torsion)
+            throw nb::value_error("turning: must come with rolling and torsion");
         p.turning_of = turning_of->data();
         p.rolling = data_of(*rolling, k, "rolling");
         p.torsion = data_of(*torsion, k, "torsion");
         for (std::size_t i = 0; i < k; ++i)
             if (p.turning_of[i] < 0 || p.turning_of[i] >= p.contacts)
-                throw nb::value_error("turning: there is no such contact");
+                throw nb::value_error("turning: expected numbers of contacts");
     }
     if (!models.empty()) {
         if (models.size() != n) throw nb::value_error("models: one of each contact");
@@ -78,7 +79,7 @@ ContactProblem GivenContacts::coefficients() const {
 }
 
 GivenContacts contacts_of(const nb::tuple& given, const std::vector<nb::tuple>& models) {
-    if (given.size() != 8) throw nb::value_error("contacts: eight arrays are wanted");
+    if (given.size() != 8) throw nb::value_error("contacts: expected eight arrays");
     GivenContacts contacts{nb::cast<Array>(given[0]),
                            nb::cast<Array>(given[1]),
                            nb::cast<Array>(given[2]),
@@ -94,7 +95,7 @@ GivenContacts contacts_of(const nb::tuple& given, const std::vector<nb::tuple>& 
 
 Law law_of(int restitution, int slip, int order, double exponent) {
     if (restitution < 0 || restitution > 3 || slip < 0 || slip > 1 || order < 0 || order > 1)
-        throw nb::value_error("law: there is no such law");
+        throw nb::value_error("law: unknown restitution, slip or order");
     return {static_cast<Restitution>(restitution), static_cast<Slip>(slip),
             static_cast<Order>(order), exponent};
 }

@@ -20,7 +20,7 @@ void bind_motion(nb::module_& module);
 NB_MODULE(_core, module) {
     // Scenes with functions of Python's may live until the interpreter ends.
     nb::set_leak_warnings(false);
-    impulsekit::set_look_for_signals(impulsekit::raise_signals);
+    impulsekit::set_signal_check(impulsekit::raise_signals);
     module.doc() = "The compiled core of impulsekit.";
     bind_laws(module);
     bind_impact(module);

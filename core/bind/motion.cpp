@@ -72,9 +72,9 @@ struct GivenMotionScene {
         const int held = static_cast<int>(own.scene.held.size());
         if (entries < 0 || entries > held || static_cast<int>(places.size()) != entries ||
             static_cast<int>(speeds.size()) != entries)
-            throw nb::value_error("entries: as many as constraints are wanted");
+            throw nb::value_error("entries: expected one flag for each constraint");
         if (law.contacts.size() != own.scene.contacts.size())
-            throw nb::value_error("law: coefficients of every contact are wanted");
+            throw nb::value_error("law: must have coefficients for each contact");
         scene->entries = entries;
         scene->driven_places.assign(places.begin(), places.end());
         scene->driven_speeds.assign(speeds.begin(), speeds.end());
@@ -88,10 +88,12 @@ struct GivenMotionScene {
         std::copy(own, own + size, to);
     }
     void check_v(int v, int count) const {
-        if (v < 0 || v + count > calls.nv) throw nb::value_error("there is no such speed");
+        if (v < 0 || v + count > calls.nv)
+            throw nb::value_error("v: expected the number of a degree of freedom");
     }
     void check_q(int q, int count) const {
-        if (q < 0 || q + count > calls.nq) throw nb::value_error("there is no such coordinate");
+        if (q < 0 || q + count > calls.nq)
+            throw nb::value_error("q: expected the number of a coordinate");
     }
     void add(ForceEntry::Kind kind, std::size_t index) {
         scene->forces.entries.push_back({kind, static_cast<int>(index)});
@@ -205,7 +207,7 @@ struct GivenMotionScene {
     // The pieces of both bodies of a collision, in the axes of their joints.
     void set_bodies(int entry, const std::vector<Shape>& first, const std::vector<Shape>& other) {
         if (entry < 0 || entry >= static_cast<int>(scene->bodies.size()))
-            throw nb::value_error("there is no such contact");
+            throw nb::value_error("entry: expected the number of a contact");
         if (first.empty() || other.empty()) throw nb::value_error("a body without pieces");
         const Contact& contact = scene->scene.contacts[entry];
         // Of a ball that is the second of its entry the frames stand the other way.
@@ -229,7 +231,7 @@ struct GivenMotionScene {
     }
     void set_pulls(const std::vector<double>& pulls) {
         if (pulls.size() != scene->bodies.size())
-            throw nb::value_error("pulls: one of every contact is wanted");
+            throw nb::value_error("pulls: must have one number for each contact");
         scene->pulls = pulls;
     }
 };
@@ -268,22 +270,23 @@ using Footing = std::tuple<Array, std::vector<int>, Array>;
 
 Rest rest_of(const Footing& given, const Dynamics& dynamics) {
     const auto& [points, dry, controls] = given;
-    if (points.size() % kPacked != 0) throw nb::value_error("points: other numbers are wanted");
+    if (points.size() % kPacked != 0)
+        throw nb::value_error("points: expected a whole number of packed points");
     Rest rest;
     for (std::size_t i = 0; i < points.size(); i += kPacked) {
         rest.points.push_back(unpack(points.data() + i));
         const RestPoint& p = rest.points.back();
         if (p.gap < 0 || p.gap >= static_cast<int>(dynamics.touching.gaps().size()))
-            throw nb::value_error("points: there is no such gap");
+            throw nb::value_error("points: unknown gap");
         const Gap& gap = dynamics.touching.gaps()[p.gap];
         if (gap.kind != Contact::shapes && gap.kind != Contact::ball) continue;
         const Bodies& bodies = dynamics.touching.bodies_of(gap);
         if (!is_named(p.feature, bodies.first, bodies.other))
-            throw nb::value_error("points: there is no such point of bodies");
+            throw nb::value_error("points: unknown feature of bodies");
     }
     for (int way : dry) rest.dry.push_back(static_cast<signed char>(way));
     if (rest.dry.size() != dynamics.scene.dry.size())
-        throw nb::value_error("dry: one for each joint is wanted");
+        throw nb::value_error("dry: must have one number for each joint with dry friction");
     if (controls.size() > 0) {
         const double* torques = data_of(controls, dynamics.scene.scene.model->nv, "controls");
         rest.controls.assign(torques, torques + controls.size());
@@ -378,7 +381,7 @@ class ForcesOfMotion {
         const Model& model = *scene_->scene.model;
         const double *own_q = data_of(q, model.nq, "q"), *own_v = data_of(v, model.nv, "v");
         if (entry < 0 || entry >= static_cast<int>(scene_->forces.entries.size()))
-            throw nb::value_error("there is no such force");
+            throw nb::value_error("entry: expected the number of a force");
         dynamics_.look(own_q, own_v);
         dynamics_.kinks.look(dynamics_.tree, own_q, own_v);
         std::vector<double> torque(model.nv), wrenches;
@@ -409,7 +412,7 @@ class ForcesOfMotion {
     // (nv) the row of a gap's rate at a state.
     nb::object gap_row(int gap, const Array& q, const Array& v) {
         if (gap < 0 || gap >= static_cast<int>(dynamics_.touching.gaps().size()))
-            throw nb::value_error("there is no such gap");
+            throw nb::value_error("gap: unknown gap");
         look(q, v);
         RestPoint point;
         point.gap = gap;

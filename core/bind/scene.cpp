@@ -39,7 +39,7 @@ void to_body(const Model& model, int body, const double* in, double* out) {
 
 void check_body(const Model& model, int body) {
     if (body < 0 || body >= static_cast<int>(model.bodies.size()))
-        throw nb::value_error("there is no such body");
+        throw nb::value_error("body: expected the number of a body");
 }
 
 Site site_of(const Model& model, const GivenSite& given) {
@@ -76,15 +76,15 @@ void check_given(const GivenScene& self, const GivenArrays& given) {
         given.function_contacts.size() !=
             static_cast<std::size_t>(self.scene.function_contacts) * (1 + 3 * self.model.nv) ||
         (!given.only.empty() && given.only.size() != self.scene.contacts.size()))
-        throw nb::value_error("given: another number of rows or contacts is wanted");
+        throw nb::value_error("given: must have the scene's rows and contacts by functions");
     if (!given.features) return;
     for (const auto& [entry, feature] : *given.features) {
         if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
-            throw nb::value_error("features: there is no such contact");
+            throw nb::value_error("features: expected numbers of the scene's contacts");
         const Contact& contact = self.scene.contacts[entry];
         if (contact.kind == Contact::shapes)
             if (!is_named(feature, contact.first, contact.other))
-                throw nb::value_error("features: there is no such point");
+                throw nb::value_error("features: unknown feature of bodies");
     }
 }
 
@@ -94,7 +94,7 @@ using Terms = std::vector<std::tuple<int, int, double>>;
 
 Pair pair_of(const Model& model, const GivenSite& first, const GivenSite& other, bool coincides,
              int carrier, const Array& axes) {
-    if (carrier < 0 || carrier > 3) throw nb::value_error("carrier: there is no such one");
+    if (carrier < 0 || carrier > 3) throw nb::value_error("carrier: must be 0 to 3");
     Pair pair;
     pair.first = site_of(model, first);
     pair.other = site_of(model, other);
@@ -115,23 +115,23 @@ Held& new_held(GivenScene& self, Held::Kind kind, int count) {
     return self.scene.held.back();
 }
 
-void hold_pair(GivenScene& self, const GivenSite& first, const GivenSite& other, bool coincides,
-               int carrier, const Array& axes, const std::vector<int>& select) {
+void add_pair(GivenScene& self, const GivenSite& first, const GivenSite& other, bool coincides,
+              int carrier, const Array& axes, const std::vector<int>& select) {
     if (select.size() > 6) throw nb::value_error("select: six rows at most");
     for (int row : select)
-        if (row < 0 || row > 5) throw nb::value_error("select: there is no such row");
+        if (row < 0 || row > 5) throw nb::value_error("select: must be 0 to 5");
     const Pair pair = pair_of(self.model, first, other, coincides, carrier, axes);
     Held& held = new_held(self, Held::pair, static_cast<int>(select.size()));
     held.frames = pair;
     std::copy(select.begin(), select.end(), held.select);
 }
 
-void hold_speeds(GivenScene& self, int count, const Terms& terms, int stop) {
+void add_speed_rows(GivenScene& self, int count, const Terms& terms, int stop) {
     Held& held = new_held(self, Held::speeds, count);
     held.stop = stop;
     for (const auto& [row, v, factor] : terms) {
         if (row < 0 || row >= count || v < 0 || v >= self.model.nv)
-            throw nb::value_error("terms: there is no such row or speed");
+            throw nb::value_error("terms: expected numbers of rows and degrees of freedom");
         held.terms.push_back({row, v, factor});
     }
 }
@@ -144,10 +144,10 @@ void set_rows(GivenScene& self, std::vector<double> velocity, const std::vector<
     for (const Held& held : self.scene.held) rows += held.count;
     if (velocity.size() != rows || kept.size() != rows || vectors.size() != rows ||
         passive.size() != rows || locks.size() != rows)
-        throw nb::value_error("one number of each row is wanted");
+        throw nb::value_error("rows: must have one number for each row");
     for (int lock : locks)
         if (lock < -1 || lock >= self.model.nv)
-            throw nb::value_error("locks: there is no such speed");
+            throw nb::value_error("locks: expected numbers of degrees of freedom, or -1");
     self.scene.velocity = std::move(velocity);
     self.scene.kept.assign(kept.begin(), kept.end());
     self.scene.vectors = std::move(vectors);
@@ -162,16 +162,16 @@ Contact& new_contact(GivenScene& self, Contact::Kind kind) {
     return self.scene.contacts.back();
 }
 
-void touch_plane(GivenScene& self, const GivenSite& first, const GivenSite& plane, int carrier,
-                 const Array& axes, bool turns) {
+void add_point_contact(GivenScene& self, const GivenSite& first, const GivenSite& plane,
+                       int carrier, const Array& axes, bool turns) {
     const Pair pair = pair_of(self.model, first, plane, true, carrier, axes);
     Contact& contact = new_contact(self, Contact::point);
     contact.frames = pair;
     contact.turns = turns;
 }
 
-void touch_rope(GivenScene& self, const GivenSite& first, const GivenSite& other, const Array& axes,
-                double length) {
+void add_rope(GivenScene& self, const GivenSite& first, const GivenSite& other, const Array& axes,
+              double length) {
     const Pair pair =
         pair_of(self.model, first, other, false, static_cast<int>(Carrier::line), axes);
     Contact& contact = new_contact(self, Contact::rope);
@@ -179,9 +179,9 @@ void touch_rope(GivenScene& self, const GivenSite& first, const GivenSite& other
     contact.limit = length;
 }
 
-void touch_stop(GivenScene& self, int q, int v, double lower, double upper) {
+void add_stop(GivenScene& self, int q, int v, double lower, double upper) {
     if (q < 0 || q >= self.model.nq || v < 0 || v >= self.model.nv)
-        throw nb::value_error("stop: there is no such coordinate");
+        throw nb::value_error("stop: expected numbers of a coordinate and its degree of freedom");
     Contact& contact = new_contact(self, Contact::stop);
     contact.q = q;
     contact.v = v;
@@ -189,9 +189,10 @@ void touch_stop(GivenScene& self, int q, int v, double lower, double upper) {
     contact.upper = upper;
 }
 
-void touch_bodies(GivenScene& self, const GivenSite& first, const GivenSite& other, double margin,
-                  bool turns, const std::optional<std::tuple<int, double, Array, double>>& ball,
-                  std::vector<Shape> one, std::vector<Shape> two) {
+void add_body_contact(GivenScene& self, const GivenSite& first, const GivenSite& other,
+                      double margin, bool turns,
+                      const std::optional<std::tuple<int, double, Array, double>>& ball,
+                      std::vector<Shape> one, std::vector<Shape> two) {
     Pair pair;
     pair.first = site_of(self.model, first);
     pair.other = site_of(self.model, other);
@@ -203,7 +204,7 @@ void touch_bodies(GivenScene& self, const GivenSite& first, const GivenSite& oth
     contact.other = std::move(two);
     if (!ball) return;
     const auto& [kind, radius, size, sign] = *ball;
-    if (kind < 0 || kind > 4) throw nb::value_error("ball: there is no such shape");
+    if (kind < 0 || kind > 4) throw nb::value_error("ball: unknown kind of shape");
     contact.shape.kind = static_cast<Ball::Kind>(kind);
     contact.shape.radius = radius;
     copy_numbers(size, 3, "size", contact.shape.size);
@@ -227,7 +228,7 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
     tree.place(at);
     if (jacobian) {
         const std::size_t slots = self.model.slots.size();
-        if (jacobian->size() != 6 * slots) throw nb::value_error("jacobian: (6, nv) is wanted");
+        if (jacobian->size() != 6 * slots) throw nb::value_error("jacobian: must be (6, nv)");
         for (std::size_t a = 0; a < slots; ++a) {
             const double* own = jacobian->data() + 6 * a;
             tree.column[a] = twist_at(Spatial<double>{vec3<double>(own), vec3<double>(own + 3)},
@@ -239,7 +240,7 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
     const GivenState state = given.state();
     rows.fill(tree, at, speeds, &state);
     StateRows found;
-    rows.take(tree, 0, found);
+    rows.extract(tree, 0, found);
     return found;
 }
 
@@ -308,28 +309,27 @@ void bind_scene(nb::module_& module) {
         .def_ro("without_ellipse", &StateRows::without_ellipse);
     nb::class_<GivenScene>(module, "Scene", "The constraints and contacts of a robot.")
         .def(nb::init<const Model&>(), nb::arg("model"))
-        .def("hold_pair", &hold_pair, nb::arg("first"), nb::arg("other"), nb::arg("coincides"),
+        .def("add_pair", &add_pair, nb::arg("first"), nb::arg("other"), nb::arg("coincides"),
              nb::arg("carrier"), nb::arg("axes"), nb::arg("select"))
-        .def("hold_speeds", &hold_speeds, nb::arg("count"), nb::arg("terms"), nb::arg("stop"))
+        .def("add_speed_rows", &add_speed_rows, nb::arg("count"), nb::arg("terms"), nb::arg("stop"))
         .def(
-            "hold_functions",
+            "add_function_rows",
             [](GivenScene& self, int count) { new_held(self, Held::functions, count); },
             nb::arg("count"))
         .def("set_rows", &set_rows, nb::arg("velocity"), nb::arg("kept"), nb::arg("vectors"),
              nb::arg("passive"), nb::arg("locks"))
-        .def("touch_plane", &touch_plane, nb::arg("first"), nb::arg("plane"), nb::arg("carrier"),
-             nb::arg("axes"), nb::arg("turns"))
-        .def("touch_rope", &touch_rope, nb::arg("first"), nb::arg("other"), nb::arg("axes"),
+        .def("add_point_contact", &add_point_contact, nb::arg("first"), nb::arg("plane"),
+             nb::arg("carrier"), nb::arg("axes"), nb::arg("turns"))
+        .def("add_rope", &add_rope, nb::arg("first"), nb::arg("other"), nb::arg("axes"),
              nb::arg("length"))
-        .def("touch_stop", &touch_stop, nb::arg("q"), nb::arg("v"), nb::arg("lower"),
-             nb::arg("upper"))
-        .def("touch_functions",
+        .def("add_stop", &add_stop, nb::arg("q"), nb::arg("v"), nb::arg("lower"), nb::arg("upper"))
+        .def("add_function_contact",
              [](GivenScene& self) {
                  new_contact(self, Contact::functions);
                  ++self.scene.function_contacts;
              })
-        .def("touch_bodies", &touch_bodies, nb::arg("first"), nb::arg("other"), nb::arg("margin"),
-             nb::arg("turns"), nb::arg("ball").none(), nb::arg("first_shapes"),
+        .def("add_body_contact", &add_body_contact, nb::arg("first"), nb::arg("other"),
+             nb::arg("margin"), nb::arg("turns"), nb::arg("ball").none(), nb::arg("first_shapes"),
              nb::arg("other_shapes"))
         .def("set_ellipse", &set_ellipse, nb::arg("body"), nb::arg("along"))
         .def(

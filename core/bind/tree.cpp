@@ -25,7 +25,7 @@ Model given_model(const Integers& ints, const Array& floats, const Array& armatu
         if (body.parent < 0 || body.parent > static_cast<int>(k))
             throw nb::value_error("bodies: a parent comes before its child");
         if (body.joint < 0 || body.joint > static_cast<int>(Joint::ellipsoid))
-            throw nb::value_error("bodies: there is no such joint");
+            throw nb::value_error("bodies: unknown kind of joint");
         const Joint joint = static_cast<Joint>(body.joint);
         if (body.q < 0 || body.q + coordinates_of(joint) > nq || body.v < 0 ||
             body.v + freedoms_of(joint) > static_cast<int>(nv))
@@ -112,8 +112,8 @@ std::vector<double> entries_of(const std::vector<Spatial<double>>& all) {
 
 // What impulses in joints (nv) and wrenches on some bodies do, these in the axes of their joints:
 // Δv; of each body the twist after and the wrench that its parent gives it, in world axes.
-nb::tuple strike(const Model& model, const Array& q, const Array& v, const Array& impulse,
-                 const Integers& bodies, const Array& wrenches) {
+nb::tuple apply_impulses(const Model& model, const Array& q, const Array& v, const Array& impulse,
+                         const Integers& bodies, const Array& wrenches) {
     if (model.has_followers || model.has_ellipsoids)
         throw nb::value_error("joints that follow others, and ellipsoids, need the mass matrix");
     const std::size_t count = bodies.size(), nv = model.nv;
@@ -125,7 +125,7 @@ nb::tuple strike(const Model& model, const Array& q, const Array& v, const Array
     for (std::size_t i = 0; i < count; ++i, given += 6) {
         const int k = bodies.data()[i];
         if (k < 1 || k >= static_cast<int>(model.bodies.size()))
-            throw nb::value_error("there is no such body");
+            throw nb::value_error("bodies: expected numbers of bodies");
         const Mat3<double> turn = mat3<double>(model.bodies[k].turn);
         outside[k] += {back(turn, vec3<double>(given)), back(turn, vec3<double>(given + 3))};
     }
@@ -182,8 +182,8 @@ void bind_tree(nb::module_& module) {
                 return array_of(bias(m, q, v, gravity));
             },
             nb::arg("q"), nb::arg("v"), nb::arg("gravity"), "(nv) c(q, v).")
-        .def("strike", &strike, nb::arg("q"), nb::arg("v"), nb::arg("impulse"), nb::arg("bodies"),
-             nb::arg("wrenches"),
+        .def("apply_impulses", &apply_impulses, nb::arg("q"), nb::arg("v"), nb::arg("impulse"),
+             nb::arg("bodies"), nb::arg("wrenches"),
              "The jump of the velocities by impulses in joints and on bodies; twists after and "
              "reactions of all bodies, in world axes.");
 }

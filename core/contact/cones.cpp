@@ -64,20 +64,20 @@ System build_system(const double* W, int rows, const double* b, double scale, co
                     Arena& arena) {
     System s;
     const int n = static_cast<int>(cones.normal.size()), g = static_cast<int>(cones.first.size());
-    s.source = arena.take_int(rows);
-    s.unit = arena.take(rows);
-    s.give = arena.take(rows);
-    s.normal = arena.take_int(n);
-    s.owner = arena.take_int(n);
-    s.floor = arena.take(n);
-    s.adhesion = arena.take(n);
-    s.first = arena.take_int(g);
-    s.size = arena.take_int(g);
-    s.contact = arena.take_int(g);
-    s.friction = arena.take(g);
+    s.source = arena.allocate_int(rows);
+    s.unit = arena.allocate(rows);
+    s.give = arena.allocate(rows);
+    s.normal = arena.allocate_int(n);
+    s.owner = arena.allocate_int(n);
+    s.floor = arena.allocate(n);
+    s.adhesion = arena.allocate(n);
+    s.first = arena.allocate_int(g);
+    s.size = arena.allocate_int(g);
+    s.contact = arena.allocate_int(g);
+    s.friction = arena.allocate(g);
     double mobility = 0.0;
     for (int r = 0; r < rows; ++r) mobility = std::max(mobility, W[r * rows + r]);
-    int* place = arena.take_int(n);
+    int* place = arena.allocate_int(n);
     for (int i = 0; i < n; ++i) {
         int r = cones.normal[i];
         double own = W[r * rows + r];
@@ -115,8 +115,8 @@ System build_system(const double* W, int rows, const double* b, double scale, co
             s.unit[s.rows++] = unit;
         }
     }
-    s.A = arena.take(s.rows, s.rows);
-    s.b = arena.take(s.rows);
+    s.A = arena.allocate(s.rows, s.rows);
+    s.b = arena.allocate(s.rows);
     double fastest = 0.0;
     for (int i = 0; i < s.rows; ++i) {
         s.b[i] = s.unit[i] * b[s.source[i]];
@@ -216,8 +216,8 @@ void natural_map_derivative(const System& s, const double* A, const double* P, c
 // what is left is nothing beside them, but not beside the velocities.
 double residual_of(const System& s, const double* P, Arena& arena) {
     Arena::Scope scope(arena);
-    double* xi = arena.take(s.rows);
-    double* F = arena.take(s.rows);
+    double* xi = arena.allocate(s.rows);
+    double* F = arena.allocate(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
     natural_map(s, P, xi, F);
     return largest(F, s.rows);
@@ -228,9 +228,10 @@ double residual_of(const System& s, const double* P, Arena& arena) {
 bool newton(const System& s, const double* A, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *xi = arena.take(m), *F = arena.take(m), *J = arena.take(m, m), *step = arena.take(m);
-    double *trial = arena.take(m), *best = arena.take(m);
-    int* pivot = arena.take_int(m);
+    double *xi = arena.allocate(m), *F = arena.allocate(m), *J = arena.allocate(m, m),
+           *step = arena.allocate(m);
+    double *trial = arena.allocate(m), *best = arena.allocate(m);
+    int* pivot = arena.allocate_int(m);
     double recent[kMemory];
     std::fill(recent, recent + kMemory, INFINITY);
     auto evaluate = [&](const double* x) {
@@ -311,7 +312,7 @@ void add_to_diagonal(const System& s, double compliance, double* A) {
 bool solve_from(const System& s, const double* A, double* P, int& steps, Arena& arena) {
     if (newton(s, A, P, steps, arena)) return true;
     Arena::Scope scope(arena);
-    double* soft = arena.take(s.rows, s.rows);
+    double* soft = arena.allocate(s.rows, s.rows);
     std::fill(P, P + s.rows, 0.0);
     for (double compliance = 1.0; compliance > 1e-8; compliance *= 0.1) {
         std::copy(A, A + s.rows * s.rows, soft);
@@ -346,7 +347,7 @@ int held_rows(const System& s, const double* P, const double* xi, int* held) {
 bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *soft = arena.take(m, m), *softer = arena.take(m);
+    double *soft = arena.allocate(m, m), *softer = arena.allocate(m);
     add_to_diagonal(s, 2.0 * tolerance::compliance, soft);
     bool solved = solve_from(s, soft, P, steps, arena);
     std::copy(P, P + m, softer);
@@ -354,7 +355,7 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     solved = solve_from(s, soft, P, steps, arena) && solved;
     for (int i = 0; i < m; ++i) P[i] = 2.0 * P[i] - softer[i];
     System step = s;
-    step.b = arena.take(m);
+    step.b = arena.allocate(m);
     // Where redundant rows contradict each other a smaller compliance tells sooner which gives way.
     double compliance = tolerance::compliance;
     for (int count = 0; count < kProximalSteps; ++count, compliance *= 0.1) {
@@ -371,7 +372,7 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
 void start_without_noise(const System& s, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     System clear = s;
-    clear.b = arena.take(s.rows);
+    clear.b = arena.allocate(s.rows);
     const double noise = tolerance::at_rest * largest(s.b, s.rows);
     bool is_noisy = false;
     for (int i = 0; i < s.rows; ++i) {
@@ -387,8 +388,8 @@ void start_without_noise(const System& s, double* P, int& steps, Arena& arena) {
 void find_shares(const System& s, const double* P, double* shares, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *xi = arena.take(m), *own = arena.take(m, m), *projector = arena.take(m, m);
-    int *held = arena.take_int(m), *order = arena.take_int(m);
+    double *xi = arena.allocate(m), *own = arena.allocate(m, m), *projector = arena.allocate(m, m);
+    int *held = arena.allocate_int(m), *order = arena.allocate_int(m);
     multiply(s.A, m, P, s.b, xi);
     int count = held_rows(s, P, xi, held);
     for (int i = 0; i < count; ++i)
@@ -402,7 +403,7 @@ void find_shares(const System& s, const double* P, double* shares, Arena& arena)
 // the rows that approach are of lower rank.
 bool start_sticking(const System& s, double* P, Arena& arena) {
     Arena::Scope scope(arena);
-    int *rows = arena.take_int(s.rows), *order = arena.take_int(s.rows);
+    int *rows = arena.allocate_int(s.rows), *order = arena.allocate_int(s.rows);
     int count = 0;
     const auto acts = [&](int c) {
         return s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0 || s.adhesion[c] > 0.0;
@@ -414,7 +415,7 @@ bool start_sticking(const System& s, double* P, Arena& arena) {
         if (c < 0 || acts(c))
             for (int j = 0; j < s.size[k]; ++j) rows[count++] = s.first[k] + j;
     }
-    double *factor = arena.take(count, count), *x = arena.take(count);
+    double *factor = arena.allocate(count, count), *x = arena.allocate(count);
     for (int i = 0; i < count; ++i) {
         x[i] = -s.b[rows[i]];
         for (int j = 0; j < count; ++j) factor[i * count + j] = s.A[rows[i] * s.rows + rows[j]];
@@ -428,7 +429,7 @@ bool start_sticking(const System& s, double* P, Arena& arena) {
 // P as it is on its cones: what parts, and what nothing presses, carries nothing.
 void clear_open(const System& s, double* P, Arena& arena) {
     Arena::Scope scope(arena);
-    double* xi = arena.take(s.rows);
+    double* xi = arena.allocate(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
     for (int c = 0; c < s.contacts; ++c)
         if (P[s.normal[c]] - xi[s.normal[c]] <= s.floor[c]) P[s.normal[c]] = s.floor[c];
@@ -449,7 +450,8 @@ bool is_infeasible(const double* W, int rows, const double* b, double scale, con
     bare.floor.assign(cones.normal.size(), 0.0);
     bare.adhesion = bare.floor;
     const System s = build_system(W, rows, b, scale, bare, arena);
-    double *d = arena.take(s.rows), *moved = arena.take(s.rows), *soft = arena.take(s.rows, s.rows);
+    double *d = arena.allocate(s.rows), *moved = arena.allocate(s.rows),
+           *soft = arena.allocate(s.rows, s.rows);
     int steps = 0;
     add_to_diagonal(s, 1.0 / (kBeyond * kBeyond), soft);
     solve_from(s, soft, d, steps, arena);
@@ -476,8 +478,8 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
     System s = build_system(W, rows, b, scale, cones, arena);
     ConeSolution solution;
     solution.unique.assign(cones.normal.size(), 1);
-    double* own = arena.take(s.rows);
-    double* shares = arena.take(s.rows);
+    double* own = arena.allocate(s.rows);
+    double* shares = arena.allocate(s.rows);
     if (!start_sticking(s, own, arena) || !newton(s, s.A, own, solution.steps, arena)) {
         std::fill(own, own + s.rows, 0.0);
         start_without_noise(s, own, solution.steps, arena);
@@ -505,7 +507,7 @@ double cone_residual(const double* W, int rows, const double* b, double scale, c
     Arena& arena = scratch();
     Arena::Scope scope(arena);
     System s = build_system(W, rows, b, scale, cones, arena);
-    double* own = arena.take(s.rows);
+    double* own = arena.allocate(s.rows);
     for (int i = 0; i < s.rows; ++i) own[i] = P[s.source[i]] / (s.unit[i] * s.velocity);
     return residual_of(s, own, arena);
 }
@@ -515,7 +517,7 @@ void newton_on_cones(const double* W, int rows, const double* b, double scale, c
     Arena& arena = scratch();
     Arena::Scope scope(arena);
     System s = build_system(W, rows, b, scale, cones, arena);
-    double* own = arena.take(s.rows);
+    double* own = arena.allocate(s.rows);
     for (int i = 0; i < s.rows; ++i) own[i] = P[s.source[i]] / (s.unit[i] * s.velocity);
     int steps = 0;
     newton(s, s.A, own, steps, arena);

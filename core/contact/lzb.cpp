@@ -145,8 +145,8 @@ class Waves {
     // proportion to what their cones hold: forces in these units, of least norm, by proximal steps.
     void hold_still() {
         Arena::Scope scope(scratch());
-        int *held = scratch().take_int(rows_), *pivot = scratch().take_int(rows_);
-        double *way = scratch().take(rows_, rows_), *unit = scratch().take(rows_);
+        int *held = scratch().allocate_int(rows_), *pivot = scratch().allocate_int(rows_);
+        double *way = scratch().allocate(rows_, rows_), *unit = scratch().allocate(rows_);
         int count = 0;
         double strongest = 0.0;
         for (int i = 0; i < n_; ++i)
@@ -171,9 +171,9 @@ class Waves {
                 held[count++] = 3 * i + k;
             }
         }
-        double *A = scratch().take(count, count), *lu = scratch().take(count, count);
-        double *right = scratch().take(count), *x = scratch().take(count),
-               *more = scratch().take(count);
+        double *A = scratch().allocate(count, count), *lu = scratch().allocate(count, count);
+        double *right = scratch().allocate(count), *x = scratch().allocate(count),
+               *more = scratch().allocate(count);
         double size = 0.0;
         for (int a = 0; a < count; ++a) {
             right[a] = -unit[a] * dot(W_.data() + held[a] * rows_, force_.data(), rows_);

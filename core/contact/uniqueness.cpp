@@ -97,9 +97,9 @@ class Search {
             }
         }
         const int m = static_cast<int>(used.size());
-        double *W = scratch().take(m, m), *factor = scratch().take(m, m);
-        double* column = scratch().take(m);
-        int* order = scratch().take_int(m);
+        double *W = scratch().allocate(m, m), *factor = scratch().allocate(m, m);
+        double* column = scratch().allocate(m);
+        int* order = scratch().allocate_int(m);
         double size = 0.0, inverse = 0.0;
         for (int i = 0; i < m; ++i)
             for (int j = 0; j < m; ++j) {
@@ -247,8 +247,8 @@ class Search {
     // The linear system of a mode: ξ = 0 along what is held, friction along the slip.
     void try_mode(const std::vector<Mode>& modes, bool exact) {
         Arena::Scope scope(scratch());
-        int *held = scratch().take_int(rows_), *pivot = scratch().take_int(rows_);
-        double* way = scratch().take(rows_, rows_);
+        int *held = scratch().allocate_int(rows_), *pivot = scratch().allocate_int(rows_);
+        double* way = scratch().allocate(rows_, rows_);
         int count = 0;
         for (int i = 0; i < p_.contacts; ++i) {
             if (modes[i] == Mode::open) continue;
@@ -271,7 +271,7 @@ class Search {
             for (int k = 0; k < 2 && length > 0.0; ++k)
                 along[3 * i + k] = sign * p_.friction[i] * s[k] / length;
         }
-        double *A = scratch().take(count, count), *x = scratch().take(count);
+        double *A = scratch().allocate(count, count), *x = scratch().allocate(count);
         for (int a = 0; a < count; ++a) {
             x[a] = -xi_[held[a]];
             for (int b = 0; b < count; ++b)

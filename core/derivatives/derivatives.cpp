@@ -73,8 +73,8 @@ Parameters::Parameters(const Scene& scene) {
               blows = static_cast<int>(scene.blows.size());
     v = nv;
     impulses = v + nv;
-    strikes = impulses + 6 * blows + static_cast<int>(scene.kicks.size());
-    restitution = strikes + 3 * blows;
+    blow_points = impulses + 6 * blows + static_cast<int>(scene.kicks.size());
+    restitution = blow_points + 3 * blows;
     friction = restitution + contacts;
     points = friction + contacts;
     normals = points + 3 * contacts;
@@ -127,7 +127,7 @@ void Derivation::set(const Differentiated& given) {
             refuse(Unavailable::functions);
     if (!given.is_closed) refuse(Unavailable::no_closed_form);
     if (unavailable == Unavailable::none) {
-        held_.emplace(p.M, p.parent, nv_, HeldRows{m_, p.A, p.vectors, p.wider});
+        held_.emplace(p.M, p.parent, nv_, ConstraintRows{m_, p.A, p.vectors, p.wider});
         if (held_->weak() >= 0) refuse(Unavailable::singular);
     }
     if (unavailable != Unavailable::none) {
@@ -139,13 +139,13 @@ void Derivation::set(const Differentiated& given) {
     };
     is_shared_ = !all(s.unique) || !all(s.contact.unique);
     const int rows = m_ + 3 * n_;
-    moved_.resize(rows * nv_);
+    response_.resize(rows * nv_);
     W_.resize(rows * rows);
     for (int r = 0; r < rows; ++r) {
-        std::copy(row(r), row(r) + nv_, moved_.data() + r * nv_);
-        held_->mass().solve(moved_.data() + r * nv_);
+        std::copy(row(r), row(r) + nv_, response_.data() + r * nv_);
+        held_->mass().solve(response_.data() + r * nv_);
         for (int j = 0; j <= r; ++j)
-            W_[r * rows + j] = W_[j * rows + r] = dot(row(j), moved_.data() + r * nv_, nv_);
+            W_[r * rows + j] = W_[j * rows + r] = dot(row(j), response_.data() + r * nv_, nv_);
     }
     filling_.assign(held_->is_filled() ? m_ * nv_ : 0, 0.0);
     for (std::size_t r = 0; r * nv_ < filling_.size(); ++r) {
@@ -167,12 +167,13 @@ void Derivation::set(const Differentiated& given) {
         own.about = own.about + Sym3<double>{share * a.xx, share * a.xy, share * a.xz,
                                              share * a.yy, share * a.yz, share * a.zz};
     }
-    held_meetings_.clear();
+    held_pairs_.clear();
     for (const Held& held : scene_.held)
-        if (held.kind == Held::pair) held_meetings_.push_back(meeting_of(*given.tree, held.frames));
-    blow_meetings_.clear();
+        if (held.kind == Held::pair)
+            held_pairs_.push_back(frame_pair_state(*given.tree, held.frames));
+    blow_pairs_.clear();
     for (const Blow& blow : scene_.blows)
-        blow_meetings_.push_back(meeting_of(*given.tree, pair_of(blow)));
+        blow_pairs_.push_back(frame_pair_state(*given.tree, pair_of(blow)));
     find_coefficients();
     find_stages();
     if (unavailable != Unavailable::none) {
@@ -284,10 +285,10 @@ void Derivation::compress() {
 void Derivation::follow_hits(bool along_path) {
     const ImpactSolution& s = *given_.solution;
     const int rows = 3 * n_;
-    held_->respond(given_.problem->J, rows, free_moved_, borne_, free_W_);
+    held_->respond(given_.problem->J, rows, free_response_, free_multipliers_, free_W_);
     std::vector<double> free = velocities_[1];
     for (int r = 0; r < rows; ++r)
-        for (int i = 0; i < nv_; ++i) free[i] -= s.contact.impulse[r] * free_moved_[r * nv_ + i];
+        for (int i = 0; i < nv_; ++i) free[i] -= s.contact.impulse[r] * free_response_[r * nv_ + i];
     Stage bare;
     bare.first = true;
     int now = bare.end = keep(std::move(free));
@@ -299,10 +300,11 @@ void Derivation::follow_hits(bool along_path) {
     for (std::size_t h = 0; h < order.size(); ++h)
         for (int k = 0; k < 3; ++k)
             for (int r = 0; r < m_; ++r)
-                bare.impulses[r] -= borne_[(3 * order[h] + k) * m_ + r] * shares[3 * h + k];
+                bare.impulses[r] -=
+                    free_multipliers_[(3 * order[h] + k) * m_ + r] * shares[3 * h + k];
     add_stage(std::move(bare), -1);
     for (std::size_t h = 0; h < order.size() && unavailable == Unavailable::none; ++h)
-        strike(order[h], shares.data() + 3 * h, now, along_path);
+        follow_hit(order[h], shares.data() + 3 * h, now, along_path);
 }
 
 // The hits in order and their impulses, and where the order is on an edge.
@@ -388,11 +390,11 @@ bool Derivation::find_hits(std::vector<int>& order, std::vector<double>& shares)
 }
 
 // One hit, from the velocity `now`, which becomes that after it.
-void Derivation::strike(int i, const double* share, int& now, bool along_path) {
+void Derivation::follow_hit(int i, const double* share, int& now, bool along_path) {
     const Law& law = law_.law;
     const int rows = 3 * n_;
-    const double* borne = borne_.data() + 3 * i * m_;
-    const double* response = free_moved_.data() + 3 * i * nv_;
+    const double* unit_multipliers = free_multipliers_.data() + 3 * i * m_;
+    const double* response = free_response_.data() + 3 * i * nv_;
     double block[9], u[3];
     for (int k = 0; k < 3; ++k) {
         u[k] = dot(given_.problem->J + (3 * i + k) * nv_, velocities_[now].data(), nv_);
@@ -406,7 +408,8 @@ void Derivation::strike(int i, const double* share, int& now, bool along_path) {
         std::vector<double> end = velocities_[now];
         for (int k = 0; k < 3; ++k) {
             stage.impulses[m_ + 3 * i + k] = impulse[k];
-            for (int r = 0; r < m_; ++r) stage.impulses[r] += borne[k * m_ + r] * impulse[k];
+            for (int r = 0; r < m_; ++r)
+                stage.impulses[r] += unit_multipliers[k * m_ + r] * impulse[k];
             for (int j = 0; j < nv_; ++j) end[j] += response[k * nv_ + j] * impulse[k];
         }
         now = stage.end = keep(std::move(end));
@@ -592,7 +595,7 @@ void Derivation::share_evenly(Stage& stage, std::vector<double>& W) {
         points.insert(points.end(), normal, normal + nv_);
     }
     const int k = static_cast<int>(stage.even.size());
-    std::vector<double> moved, borne, own, projector(k * k);
+    std::vector<double> velocity_changes, unit_multipliers, own, projector(k * k);
     std::vector<int> order(k);
     int rank = k;
     if (k > 1 && slips) {
@@ -601,7 +604,7 @@ void Derivation::share_evenly(Stage& stage, std::vector<double>& W) {
         std::vector<double> half = points;
         for (int i = 0; i < k; ++i) {
             held_->mass().half(half.data() + i * nv_);
-            if (m_ > 0) held_->rows()->project_off(half.data() + i * nv_);
+            if (m_ > 0) held_->rows()->project_out(half.data() + i * nv_);
         }
         for (int i = 0; i < k; ++i)
             for (int j = 0; j < k; ++j)

@@ -24,8 +24,8 @@ namespace impulsekit {
 // factors of masses.
 struct Parameters {
     explicit Parameters(const Scene& scene);
-    int q = 0, v, impulses, strikes, restitution, friction, points, normals, masses, count;
-    int states() const { return strikes; }  // q, v and impulses
+    int q = 0, v, impulses, blow_points, restitution, friction, points, normals, masses, count;
+    int states() const { return blow_points; }  // q, v and impulses
 };
 
 // Whether derivatives exist, as impulsekit.DerivativeStatus has it.
@@ -60,12 +60,12 @@ struct Differentiated {
     const Tree<double>* tree = nullptr;  // placed
     const ImpactProblem* problem = nullptr;
     const ImpactSolution* solution = nullptr;
-    const int* entries = nullptr;               // of each point its contact
-    const Meeting<double>* meetings = nullptr;  // of each point
-    const double* impulses = nullptr;           // the numbers of the known impulses
-    const double* masses = nullptr;             // factors; null for 1
-    bool has_own_restitution = true;            // whether e is that of the law
-    bool is_closed = true;                      // whether all points move in closed form
+    const int* entries = nullptr;                   // of each point its contact
+    const FramePairState<double>* pairs = nullptr;  // of each point
+    const double* impulses = nullptr;               // the numbers of the known impulses
+    const double* masses = nullptr;                 // factors; null for 1
+    bool has_own_restitution = true;                // whether e is that of the law
+    bool is_closed = true;                          // whether all points move in closed form
     int inertia_of = -1;  // a body by whose inertia to differentiate as well, by ten numbers
 };
 
@@ -112,7 +112,7 @@ class Derivation {
     void compress();
     void follow_hits(bool along_path);
     bool find_hits(std::vector<int>& order, std::vector<double>& shares);
-    void strike(int point, const double* share, int& now, bool along_path);
+    void follow_hit(int point, const double* share, int& now, bool along_path);
     void check_rows();
     void find_wrenches(Stage& stage) const;
     std::vector<double> unit_impulses(int point, int row) const;
@@ -128,15 +128,16 @@ class Derivation {
     int nv_ = 0, m_ = 0, n_ = 0;
     double scale_ = 0.0;
     bool is_shared_ = false;
-    std::optional<HeldMass> held_;
-    std::vector<double> moved_, W_, filling_;          // M⁻¹ Gᵀ of all rows, G M⁻¹ Gᵀ
-    std::vector<double> free_moved_, borne_, free_W_;  // the same of contacts, bilateral rows held
+    std::optional<ConstrainedMass> held_;
+    std::vector<double> response_, W_, filling_;  // M⁻¹ Gᵀ of all rows, G M⁻¹ Gᵀ
+    std::vector<double> free_response_, free_multipliers_,
+        free_W_;  // the same of contacts, bilateral rows held
     std::vector<Coefficients> own_;
     std::vector<std::vector<double>> velocities_;
     std::vector<std::vector<Spatial<double>>> twists_;  // of these
     std::vector<Stage> stages_;
     std::vector<Inertia<double>> inertias_;
-    std::vector<Meeting<double>> held_meetings_, blow_meetings_;
+    std::vector<FramePairState<double>> held_pairs_, blow_pairs_;
     std::vector<char> consistent_;
 };
 

@@ -75,8 +75,8 @@ class Derivation::Pass {
           rho_(of.velocities_.size() * rows_, S{}),
           met_(of.velocities_.size()),
           contacts_(n_),
-          held_(of.held_meetings_.size()),
-          blows_(of.blow_meetings_.size()) {
+          held_(of.held_pairs_.size()),
+          blows_(of.blow_pairs_.size()) {
         std::fill(slopes, slopes + of.slopes(), S{});
         gradient_.begin();
     }
@@ -86,13 +86,13 @@ class Derivation::Pass {
         if (seed.stage >= 0)
             last = seed.stage;
         else
-            take(seed);
+            add_seed(seed);
         for (int k = last; k >= 0; --k) pass(d_.stages_[k], k == seed.stage ? &seed : nullptr);
         finish();
     }
 
   private:
-    void take(const Seed<S>& seed) {
+    void add_seed(const Seed<S>& seed) {
         if (seed.after) std::copy(seed.after, seed.after + nv_, end_.begin());
         if (seed.multipliers) std::copy(seed.multipliers, seed.multipliers + m_, lambda_.begin());
         for (int i = 0; i < n_ && seed.impulses; ++i) {
@@ -102,7 +102,7 @@ class Derivation::Pass {
                 P_[3 * i + 2] = w[0] * d_.row(m_ + 3 * i + 2)[d_.scene_.contacts[entry].v];
                 continue;
             }
-            const Meeting<double>& m = d_.given_.meetings[i];
+            const FramePairState<double>& m = d_.given_.pairs[i];
             const Vec3<S> weight{w[0], w[1], w[2]}, own = back(lift<S>(m.axes), weight);
             put(own, P_.data() + 3 * i);
             // The axes turn, and the impulse in them.
@@ -122,7 +122,7 @@ class Derivation::Pass {
             for (int i = 0; i < nv_; ++i) x_[i] += own[i];
         }
         for (int r = 0; r < count; ++r)
-            y_[r] = inner(d_.moved_.data() + stage.rows[r] * nv_, x_.data(), nv_);
+            y_[r] = inner(d_.response_.data() + stage.rows[r] * nv_, x_.data(), nv_);
         for (int r = 0; r < m; ++r) y_[r] += lambda_[r];
         for (std::size_t c = 0; c < stage.carrying.size(); ++c)
             for (int k = 0; k < 3; ++k) {
@@ -151,7 +151,7 @@ class Derivation::Pass {
         if (d_.held_->is_filled())
             for (int r = 0; r < m; ++r)
                 g_[r] += inner(d_.filling_.data() + r * nv_, x_.data(), nv_);
-        for (int r = 0; r < count; ++r) give(stage, r);
+        for (int r = 0; r < count; ++r) add_row(stage, r);
         if (stage.along_path >= 0) follow_path(stage);
         couple(stage.change, x_, stage.impulses.data(), stage.wrenches[0], stage.first);
     }
@@ -182,12 +182,12 @@ class Derivation::Pass {
     }
 
     // What a row asks of the velocities: G end = κ G start.
-    void give(const Stage& stage, int r) {
+    void add_row(const Stage& stage, int r) {
         const int of = stage.rows[r], m = stage.bilateral();
         const double kappa = stage.kappa[r];
         const double* own = d_.row(of);
-        ask(stage.end, of, -g_[r]);
-        if (kappa != 0.0) ask(stage.start, of, kappa * g_[r]);
+        add_demand(stage.end, of, -g_[r]);
+        if (kappa != 0.0) add_demand(stage.start, of, kappa * g_[r]);
         if (kappa != 1.0)
             for (int i = 0; i < nv_; ++i)
                 if (own[i] != 0.0) end_[i] += (kappa - 1.0) * own[i] * g_[r];
@@ -198,7 +198,7 @@ class Derivation::Pass {
     }
 
     // Add ρ G v of one row to the form that is differentiated.
-    void ask(int velocity, int row, const S& rho) {
+    void add_demand(int velocity, int row, const S& rho) {
         rho_[velocity * rows_ + row] += rho;
         met_[velocity].is_used = true;
     }
@@ -215,11 +215,11 @@ class Derivation::Pass {
         if (stage.from_start) {
             g[8] += g[9];
         } else {
-            ask(0, normal, g[9]);
+            add_demand(0, normal, g[9]);
             for (int j = 0; j < nv_; ++j) before_[j] += d_.row(normal)[j] * g[9];
         }
         for (int k = 0; k < 3; ++k) {
-            ask(stage.start, m_ + 3 * i + k, g[6 + k]);
+            add_demand(stage.start, m_ + 3 * i + k, g[6 + k]);
             for (int j = 0; j < nv_; ++j) end_[j] += d_.row(m_ + 3 * i + k)[j] * g[6 + k];
         }
         e_[i] += g[10];
@@ -227,7 +227,7 @@ class Derivation::Pass {
         // ∂W_ij = x_iᵀ ∂(J_jᵀ + Aᵀλ_j − M x_j) + ∂(J_i x_j) + λ_iᵀ ∂(A x_j), x_j and λ_j what a
         // unit impulse along row j does.
         constexpr int kBlock[6][2] = {{0, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}, {2, 2}};
-        const double* borne = d_.borne_.data() + 3 * i * m_;
+        const double* multipliers = d_.free_multipliers_.data() + 3 * i * m_;
         for (int j = 0; j < 3; ++j) {
             std::vector<S> x(nv_, S{});
             for (int k = 0; k < 6; ++k) {
@@ -235,8 +235,9 @@ class Derivation::Pass {
                 const int row = kBlock[k][0];
                 const double* unit = d_.velocities_[stage.units + row].data();
                 for (int l = 0; l < nv_; ++l) x[l] += unit[l] * g[k];
-                ask(stage.units + j, m_ + 3 * i + row, g[k]);
-                for (int r = 0; r < m_; ++r) ask(stage.units + j, r, borne[row * m_ + r] * g[k]);
+                add_demand(stage.units + j, m_ + 3 * i + row, g[k]);
+                for (int r = 0; r < m_; ++r)
+                    add_demand(stage.units + j, r, multipliers[row * m_ + r] * g[k]);
             }
             const std::vector<double> impulses = d_.unit_impulses(i, j);
             couple(stage.units + j, x, impulses.data(), stage.wrenches[1 + j], false);
@@ -262,52 +263,55 @@ class Derivation::Pass {
         for (std::size_t k = 1; k < twist_.size(); ++k)
             momentum[k] = momentum[k] - lifted<S>(d_.inertias_[k]) * twist_[k];
         by_masses(d_.twists_[c]);
-        press(p, twist_, nullptr);
-        if (first) strike(x.data());
-        gradient_.meet(x.data(), twist_, wrenches);
+        add_pairs(p, twist_, nullptr);
+        if (first) add_blows(x.data());
+        gradient_.add_parents(x.data(), twist_, wrenches);
     }
 
-    // Impulses or weights of all rows meet twists; their wrenches are added where they are wanted.
+    // Impulses or weights of all rows meet twists; their wrenches are added where they are asked
+    // for.
     template <typename T, typename P>
-    void press(const P* p, const std::vector<Spatial<T>>& twist, std::vector<Spatial<S>>* wrench) {
+    void add_pairs(const P* p, const std::vector<Spatial<T>>& twist,
+                   std::vector<Spatial<S>>* wrench) {
         int pair = 0;
         for (const Held& held : d_.scene_.held) {
             if (held.kind != Held::pair) continue;
             S six[6] = {};
             for (int r = 0; r < held.count; ++r) six[held.select[r]] = lift<S>(p[held.row + r]);
-            push(d_.held_meetings_[pair], six, twist, wrench, held_[pair]);
+            add_pair(d_.held_pairs_[pair], six, twist, wrench, held_[pair]);
             ++pair;
         }
         for (int i = 0; i < n_; ++i) {
             if (d_.is_stop(i)) continue;
             S six[6] = {};
             for (int k = 0; k < 3; ++k) six[k] = lift<S>(p[m_ + 3 * i + k]);
-            push(d_.given_.meetings[i], six, twist, wrench, contacts_[i]);
+            add_pair(d_.given_.pairs[i], six, twist, wrench, contacts_[i]);
         }
     }
 
-    using Moved = typename TreeGradient<double, S>::Moved;
+    using PairGradient = typename TreeGradient<double, S>::PairGradient;
 
     template <typename T>
-    void push(const Meeting<double>& m, const S* six, const std::vector<Spatial<T>>& twist,
-              std::vector<Spatial<S>>* wrench, Moved& moved) {
+    void add_pair(const FramePairState<double>& m, const S* six,
+                  const std::vector<Spatial<T>>& twist, std::vector<Spatial<S>>* wrench,
+                  PairGradient& pair_gradient) {
         const Mat3<S> axes = lift<S>(m.axes);
         const Spatial<S> f{axes * Vec3<S>{six[0], six[1], six[2]},
                            axes * Vec3<S>{six[3], six[4], six[5]}};
-        gradient_.press(m, f, twist, moved);
+        gradient_.add_form(m, f, twist, pair_gradient);
         if (!wrench) return;
         gradient_.wrench_at(m.first, m.place, f, *wrench);
         gradient_.wrench_at(m.other, m.other_place, negative(f), *wrench);
     }
 
     // Known impulses: their numbers, and their points.
-    void strike(const S* x) {
+    void add_blows(const S* x) {
         for (std::size_t i = 0; i < blows_.size(); ++i) {
-            const Meeting<double>& m = d_.blow_meetings_[i];
+            const FramePairState<double>& m = d_.blow_pairs_[i];
             S p[6];
             for (int k = 0; k < 6; ++k) p[k] = lift<S>(d_.given_.impulses[6 * i + k]);
-            push(m, p, twist_, nullptr, blows_[i]);
-            const Spatial<S> u = gradient_.between(m, twist_);
+            add_pair(m, p, twist_, nullptr, blows_[i]);
+            const Spatial<S> u = gradient_.relative_twist(m, twist_);
             put(back(lift<S>(m.axes), u.linear), slopes_ + at_.impulses + 6 * i);
             put(back(lift<S>(m.axes), u.angular), slopes_ + at_.impulses + 6 * i + 3);
         }
@@ -354,16 +358,16 @@ class Derivation::Pass {
             const int entry = d_.given_.entries[i], normal = m_ + 3 * i + 2;
             slopes_[at_.restitution + entry] += e_[i];
             if (d_.own_[i].slope == 0.0) continue;
-            ask(0, normal, -d_.own_[i].slope * e_[i]);
+            add_demand(0, normal, -d_.own_[i].slope * e_[i]);
             for (int j = 0; j < nv_; ++j) end_[j] -= d_.own_[i].slope * d_.row(normal)[j] * e_[i];
         }
         for (int i = 0; i < nv_; ++i) slopes_[at_.v + i] += end_[i] + before_[i];
         for (std::size_t t = 0; t < met_.size(); ++t) {
             if (!met_[t].is_used && met_[t].wrench.empty()) continue;
             std::vector<Spatial<S>>& wrench = wrench_of(static_cast<int>(t));
-            if (met_[t].is_used) press(rho_.data() + t * rows_, d_.twists_[t], &wrench);
+            if (met_[t].is_used) add_pairs(rho_.data() + t * rows_, d_.twists_[t], &wrench);
             gradient_.sum(wrench);
-            gradient_.meet(d_.velocities_[t].data(), d_.twists_[t], wrench);
+            gradient_.add_parents(d_.velocities_[t].data(), d_.twists_[t], wrench);
         }
         carry();
         gradient_.finish(slopes_ + at_.q);
@@ -375,18 +379,18 @@ class Derivation::Pass {
             return lift<S>(tree.rotation[site.body] * mat3<double>(site.axes));
         };
         for (std::size_t i = 0; i < held_.size(); ++i)
-            gradient_.carry(d_.held_meetings_[i], held_[i]);
+            gradient_.distribute(d_.held_pairs_[i], held_[i]);
         for (std::size_t i = 0; i < blows_.size(); ++i) {
-            gradient_.carry(d_.blow_meetings_[i], blows_[i]);
+            gradient_.distribute(d_.blow_pairs_[i], blows_[i]);
             put(back(frame(d_.scene_.blows[i].site), blows_[i].pull),
-                slopes_ + at_.strikes + 3 * i);
+                slopes_ + at_.blow_points + 3 * i);
         }
         for (int i = 0; i < n_; ++i) {
             if (d_.is_stop(i)) continue;
             const int entry = d_.given_.entries[i];
-            const Meeting<double>& m = d_.given_.meetings[i];
+            const FramePairState<double>& m = d_.given_.pairs[i];
             const Contact& contact = d_.scene_.contacts[entry];
-            gradient_.carry(m, contacts_[i]);
+            gradient_.distribute(m, contacts_[i]);
             if (contact.kind != Contact::point) continue;
             put(back(frame(contact.frames.first), contacts_[i].pull),
                 slopes_ + at_.points + 3 * entry);
@@ -406,7 +410,7 @@ class Derivation::Pass {
     S* slopes_;
     std::vector<S> end_, before_, e_, share_, P_, lambda_, rho_;
     std::vector<Met> met_;
-    std::vector<Moved> contacts_, held_, blows_;
+    std::vector<PairGradient> contacts_, held_, blows_;
     std::vector<S> x_, y_, g_;
     std::vector<Spatial<S>> twist_;
 };
@@ -414,7 +418,7 @@ class Derivation::Pass {
 // λ and P of a unit impulse along one row of a point that is hit.
 std::vector<double> Derivation::unit_impulses(int i, int row) const {
     std::vector<double> found(m_ + 3 * n_, 0.0);
-    for (int r = 0; r < m_; ++r) found[r] = borne_[(3 * i + row) * m_ + r];
+    for (int r = 0; r < m_; ++r) found[r] = free_multipliers_[(3 * i + row) * m_ + r];
     found[m_ + 3 * i + row] = 1.0;
     return found;
 }
@@ -427,7 +431,7 @@ void Derivation::find_wrenches(Stage& stage) const {
         std::vector<Spatial<double>>& to = stage.wrenches.back();
         for (std::size_t k = 1; k < to.size(); ++k)
             to[k] = negative(inertias_[k] * twists_[change][k]);
-        const auto push = [&](const Meeting<double>& m, const double* six) {
+        const auto add_pair = [&](const FramePairState<double>& m, const double* six) {
             const Spatial<double> f{m.axes * Vec3<double>{six[0], six[1], six[2]},
                                     m.axes * Vec3<double>{six[3], six[4], six[5]}};
             tree.wrench_at(m.first, m.place, f, to);
@@ -438,15 +442,15 @@ void Derivation::find_wrenches(Stage& stage) const {
             if (held.kind != Held::pair) continue;
             double six[6] = {};
             for (int r = 0; r < held.count; ++r) six[held.select[r]] = p[held.row + r];
-            push(held_meetings_[pair++], six);
+            add_pair(held_pairs_[pair++], six);
         }
         for (int i = 0; i < n_; ++i) {
             const double* P = p + m_ + 3 * i;
             const double six[6] = {P[0], P[1], P[2], 0.0, 0.0, 0.0};
-            if (!is_stop(i)) push(given_.meetings[i], six);
+            if (!is_stop(i)) add_pair(given_.pairs[i], six);
         }
-        for (std::size_t i = 0; i < blow_meetings_.size() && first; ++i)
-            push(blow_meetings_[i], given_.impulses + 6 * i);
+        for (std::size_t i = 0; i < blow_pairs_.size() && first; ++i)
+            add_pair(blow_pairs_[i], given_.impulses + 6 * i);
         tree.sum(to);
     };
     add(stage.change, stage.impulses.data(), stage.first);
@@ -508,25 +512,25 @@ void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* 
     }
     for (std::size_t i = 0; i < scene.blows.size(); ++i) {
         const Site& site = scene.blows[i].site;
-        const Meeting<S> m = meeting_of(tree, pair_of(scene.blows[i]));
+        const FramePairState<S> m = frame_pair_state(tree, pair_of(scene.blows[i]));
         const S* p = impulses + 6 * i;
         const Spatial<S> f{m.axes * Vec3<S>{p[0], p[1], p[2]}, m.axes * Vec3<S>{p[3], p[4], p[5]}};
-        typename TreeGradient<S, S>::Moved moved;
-        gradient.press(m, f, by_x, moved);
-        gradient.carry(m, moved);
+        typename TreeGradient<S, S>::PairGradient pair_gradient;
+        gradient.add_form(m, f, by_x, pair_gradient);
+        gradient.distribute(m, pair_gradient);
         gradient.wrench_at(m.first, m.place, f, of_x);
-        const Spatial<S> u = gradient.between(m, by_x);
+        const Spatial<S> u = gradient.relative_twist(m, by_x);
         put(back(m.axes, u.linear), slopes + at.impulses + 6 * i);
         put(back(m.axes, u.angular), slopes + at.impulses + 6 * i + 3);
-        put(back(tree.rotation[site.body] * mat3<S>(site.axes), moved.pull),
-            slopes + at.strikes + 3 * i);
+        put(back(tree.rotation[site.body] * mat3<S>(site.axes), pair_gradient.pull),
+            slopes + at.blow_points + 3 * i);
     }
     for (std::size_t i = 0; i < scene.kicks.size(); ++i)
         slopes[at.impulses + 6 * scene.blows.size() + i] += x[scene.kicks[i]];
     gradient.sum(of_x);
-    gradient.meet(x, by_x, of_x);
+    gradient.add_parents(x, by_x, of_x);
     gradient.sum(of_change);
-    gradient.meet(change, by_change, of_change);
+    gradient.add_parents(change, by_change, of_change);
     gradient.finish(slopes + at.q);
 }
 

@@ -97,27 +97,27 @@ BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vecto
     for (int i = rank_; i < m; ++i) unique_[order_[i]] = 0;
 }
 
-void BilateralRows::solve(const double* wanted, double* impulse, double* lacking) const {
+void BilateralRows::solve(const double* target, double* impulse, double* shortfall) const {
     const int count = m_ - rank_;
     std::vector<double> x(rank_), others(count, 0.0);
-    std::fill(lacking, lacking + m_, 0.0);
-    for (int k = 0; k < rank_; ++k) x[k] = wanted[order_[k]] / length_[order_[k]];
+    std::fill(shortfall, shortfall + m_, 0.0);
+    for (int k = 0; k < rank_; ++k) x[k] = target[order_[k]] / length_[order_[k]];
     // Where dependent rows disagree each gives way: what lies in the null space, whose columns are
     // (−Sᵀ, 1), is taken off.
     for (int c = 0; c < count; ++c) {
         double length = length_[order_[rank_ + c]];
-        double own = length > 0.0 ? wanted[order_[rank_ + c]] / length : 0.0;
+        double own = length > 0.0 ? target[order_[rank_ + c]] / length : 0.0;
         others[c] = own - dot(shares_.data() + c * rank_, x.data(), rank_);
     }
     solve_gram(others.data());
     for (int c = 0; c < count; ++c) {
         int row = order_[rank_ + c];
-        lacking[row] = length_[row] > 0.0 ? others[c] * length_[row] : wanted[row];
+        shortfall[row] = length_[row] > 0.0 ? others[c] * length_[row] : target[row];
         if (!(length_[row] > 0.0)) continue;
         for (int k = 0; k < rank_; ++k) {
             double own = shares_[c * rank_ + k] * others[c];
             x[k] += own;
-            lacking[order_[k]] -= own * length_[order_[k]];
+            shortfall[order_[k]] -= own * length_[order_[k]];
         }
     }
     // Of the independent rows W₁ = R₁ᵀ R₁.
@@ -151,7 +151,7 @@ void BilateralRows::solve_gram(double* z) const {
     }
 }
 
-void BilateralRows::project_off(double* x) const {
+void BilateralRows::project_out(double* x) const {
     for (int round = 0; round < 2; ++round)
         for (int k = 0; k < rank_; ++k) {
             const double* unit = basis_.data() + k * nv_;

@@ -18,10 +18,10 @@ class BilateralRows {
 
     // λ (m) with W λ = wanted, of least scaled norm where rows are redundant, and what the rows
     // lack of `wanted` (m): above rounding where dependent rows want different things.
-    void solve(const double* wanted, double* impulse, double* lacking) const;
+    void solve(const double* target, double* impulse, double* shortfall) const;
 
     // x (nv) less its part in the span of the rows.
-    void project_off(double* x) const;
+    void project_out(double* x) const;
 
     int rank() const { return rank_; }
     int count() const { return m_; }

@@ -6,7 +6,8 @@
 
 namespace impulsekit {
 
-HeldMass::HeldMass(const double* M, const int* parent, int nv, const HeldRows& rows)
+ConstrainedMass::ConstrainedMass(const double* M, const int* parent, int nv,
+                                 const ConstraintRows& rows)
     : nv_(nv), given_(rows), half_(rows.A, rows.A + rows.count * nv) {
     if (mass_.factor(M, parent, nv, &weak_) || (rows.count > 0 && fill_mass(M))) weak_ = -1;
     if (weak_ >= 0 || rows.count == 0) return;
@@ -14,7 +15,7 @@ HeldMass::HeldMass(const double* M, const int* parent, int nv, const HeldRows& r
     rows_ = std::make_unique<BilateralRows>(half_.data(), rows.count, nv, rows.vectors, rows.wider);
 }
 
-bool HeldMass::fill_mass(const double* M) {
+bool ConstrainedMass::fill_mass(const double* M) {
     std::vector<double> filled(M, M + nv_ * nv_);
     squares_.assign(given_.count, 0.0);
     double heaviest = 0.0;
@@ -35,16 +36,17 @@ bool HeldMass::fill_mass(const double* M) {
     return mass_.factor(filled.data(), dense.data(), nv_);
 }
 
-void HeldMass::fill(const double* wanted, double* impulse) const {
+void ConstrainedMass::fill(const double* target, double* impulse) const {
     if (!is_filled_) return;
     for (int r = 0; r < given_.count; ++r) {
         if (!(squares_[r] > 0.0)) continue;
         const double* row = given_.A + r * nv_;
-        for (int k = 0; k < nv_; ++k) impulse[k] += row[k] * wanted[r] / squares_[r];
+        for (int k = 0; k < nv_; ++k) impulse[k] += row[k] * target[r] / squares_[r];
     }
 }
 
-std::vector<char> HeldMass::leave_held(const double* half, int count, double* left) const {
+std::vector<char> ConstrainedMass::project_out_constraints(const double* half, int count,
+                                                           double* left) const {
     std::vector<char> held(count, 0);
     if (!rows_) return held;
     const double bar = rows_->rounding_of_span();
@@ -55,7 +57,7 @@ std::vector<char> HeldMass::leave_held(const double* half, int count, double* le
             size = std::max(size, dot(half + r * nv_, half + r * nv_, nv_));
         for (int r = first; r < end; ++r) {
             double* row = left + r * nv_;
-            rows_->project_off(row);
+            rows_->project_out(row);
             if (dot(row, row, nv_) > bar * bar * size) continue;
             std::fill(row, row + nv_, 0.0);
             held[r] = 1;
@@ -64,24 +66,26 @@ std::vector<char> HeldMass::leave_held(const double* half, int count, double* le
     return held;
 }
 
-void HeldMass::respond(const double* points, int count, std::vector<double>& moved,
-                       std::vector<double>& borne, std::vector<double>& W) const {
+void ConstrainedMass::respond(const double* points, int count,
+                              std::vector<double>& velocity_changes,
+                              std::vector<double>& unit_multipliers, std::vector<double>& W) const {
     const int m = given_.count;
-    std::vector<double> half(points, points + count * nv_), wanted(m), lacking(m);
+    std::vector<double> half(points, points + count * nv_), target(m), shortfall(m);
     for (int r = 0; r < count; ++r) mass_.half(half.data() + r * nv_);
-    moved = half;
-    leave_held(half.data(), count, moved.data());
+    velocity_changes = half;
+    project_out_constraints(half.data(), count, velocity_changes.data());
     W.assign(count * count, 0.0);
     for (int i = 0; i < count; ++i)
         for (int j = 0; j < count; ++j)
-            W[i * count + j] = dot(moved.data() + i * nv_, moved.data() + j * nv_, nv_);
-    borne.assign(count * m, 0.0);
+            W[i * count + j] =
+                dot(velocity_changes.data() + i * nv_, velocity_changes.data() + j * nv_, nv_);
+    unit_multipliers.assign(count * m, 0.0);
     for (int r = 0; r < count && m > 0; ++r) {
         for (int k = 0; k < m; ++k)
-            wanted[k] = -dot(half_.data() + k * nv_, half.data() + r * nv_, nv_);
-        rows_->solve(wanted.data(), borne.data() + r * m, lacking.data());
+            target[k] = -dot(half_.data() + k * nv_, half.data() + r * nv_, nv_);
+        rows_->solve(target.data(), unit_multipliers.data() + r * m, shortfall.data());
     }
-    for (int r = 0; r < count; ++r) mass_.rest(moved.data() + r * nv_);
+    for (int r = 0; r < count; ++r) mass_.rest(velocity_changes.data() + r * nv_);
 }
 
 }  // namespace impulsekit

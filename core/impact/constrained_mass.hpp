@@ -10,7 +10,7 @@
 namespace impulsekit {
 
 // Bilateral rows A (count, nv) and what ImpactProblem says of them.
-struct HeldRows {
+struct ConstraintRows {
     int count = 0;
     const double* A = nullptr;
     const int* vectors = nullptr;
@@ -20,16 +20,16 @@ struct HeldRows {
 // M factored, or M + UᵀU with the bilateral rows U of unit length where M alone is singular: with
 // A Δv = c prescribed, (M + UᵀU) Δv = I + Uᵀ u + Aᵀλ has the same solution. Half-solved rows are
 // C = D^-½ L⁻ᵀ Aᵀ, so that A M⁻¹ Aᵀ = Cᵀ C.
-class HeldMass {
+class ConstrainedMass {
   public:
     // M (nv, nv) symmetric; `parent` as MassFactor takes it. A outlives this.
-    HeldMass(const double* M, const int* parent, int nv, const HeldRows& rows);
+    ConstrainedMass(const double* M, const int* parent, int nv, const ConstraintRows& rows);
 
     // A degree of freedom without mass that the rows do not make up for; −1 where there is none.
     int weak() const { return weak_; }
     bool is_filled() const { return is_filled_; }
     // Add what goes with A Δv = wanted to an impulse (nv), where M is filled.
-    void fill(const double* wanted, double* impulse) const;
+    void fill(const double* target, double* impulse) const;
 
     const MassFactor& mass() const { return mass_; }
     // (count, nv) half-solved rows, and their rank; null without rows.
@@ -38,18 +38,18 @@ class HeldMass {
 
     // Take what the rows hold off half-solved rows of points, three of each: `left` (count, nv)
     // begins as `half`. (count) marks rows of which only rounding is left, which are cleared.
-    std::vector<char> leave_held(const double* half, int count, double* left) const;
+    std::vector<char> project_out_constraints(const double* half, int count, double* left) const;
 
     // Of points' rows (count, nv), three of each: Δv (count, nv) and λ (count, rows) of unit
     // impulses, and W (count, count), where the rows hold.
-    void respond(const double* points, int count, std::vector<double>& moved,
-                 std::vector<double>& borne, std::vector<double>& W) const;
+    void respond(const double* points, int count, std::vector<double>& velocity_changes,
+                 std::vector<double>& unit_multipliers, std::vector<double>& W) const;
 
   private:
     bool fill_mass(const double* M);
 
     const int nv_;
-    const HeldRows given_;
+    const ConstraintRows given_;
     MassFactor mass_;
     std::vector<double> half_, squares_;  // (count) of rows in the metric of M's diagonal
     std::unique_ptr<BilateralRows> rows_;

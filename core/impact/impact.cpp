@@ -48,20 +48,20 @@ class Impact {
             s_.failure = ImpactSolution::Failure::refused;
             return;
         }
-        M_ = scratch().take(nv_, nv_);
+        M_ = scratch().allocate(nv_, nv_);
         for (int i = 0; i < nv_; ++i)
             for (int j = 0; j <= i; ++j) M_[i * nv_ + j] = M_[j * nv_ + i] = p_.M[i * nv_ + j];
         for (int r = 0; r < rows_; ++r) s_.before[r] = dot(p_.J + r * nv_, p_.v, nv_);
         leave_untouched();
-        if (!factor_mass() || !hold() || !touch()) return;
+        if (!factor_mass() || !apply_constraints() || !touch()) return;
         finish();
     }
 
   private:
     // Trees that nothing touches stay as they are, whatever their inertia.
     void leave_untouched() {
-        int* tree = scratch().take_int(nv_);
-        int* touched = scratch().take_int(nv_);
+        int* tree = scratch().allocate_int(nv_);
+        int* touched = scratch().allocate_int(nv_);
         for (int k = 0; k < nv_; ++k) tree[k] = p_.parent[k] < 0 ? k : tree[p_.parent[k]];
         auto touch = [&](const double* rows, int count) {
             for (int r = 0; r < count; ++r)
@@ -79,12 +79,12 @@ class Impact {
     }
 
     bool factor_mass() {
-        right_ = scratch().take(nv_);
+        right_ = scratch().allocate(nv_);
         if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, right_);
-        asked_ = scratch().take(m_);
-        for (int r = 0; r < m_; ++r) asked_[r] = p_.target[r] - dot(p_.A + r * nv_, p_.v, nv_);
-        mass_.emplace(M_, p_.parent, nv_, HeldRows{m_, p_.A, p_.vectors, p_.wider});
-        mass_->fill(asked_, right_);
+        demand_ = scratch().allocate(m_);
+        for (int r = 0; r < m_; ++r) demand_[r] = p_.target[r] - dot(p_.A + r * nv_, p_.v, nv_);
+        mass_.emplace(M_, p_.parent, nv_, ConstraintRows{m_, p_.A, p_.vectors, p_.wider});
+        mass_->fill(demand_, right_);
         half_ = mass_->half();
         held_ = mass_->rows();
         if (mass_->weak() < 0) return true;
@@ -94,77 +94,77 @@ class Impact {
     }
 
     // λ that brings the bilateral rows to their targets without contacts.
-    bool hold() {
-        start_ = scratch().take(nv_);
+    bool apply_constraints() {
+        start_ = scratch().allocate(nv_);
         std::copy(right_, right_ + nv_, start_);
         mass_->mass().half(start_);
-        blow_ = scratch().take(nv_);
+        blow_ = scratch().allocate(nv_);
         std::copy(start_, start_ + nv_, blow_);
         if (m_ == 0) return true;
         s_.nearly_dependent = held_->nearly_dependent();
         s_.unique = held_->unique();
-        double *wanted = scratch().take(m_), *lacking = scratch().take(m_);
-        double* free = scratch().take(nv_);
+        double *target = scratch().allocate(m_), *shortfall = scratch().allocate(m_);
+        double* free = scratch().allocate(nv_);
         std::copy(start_, start_ + nv_, free);
         mass_->mass().rest(free);
         double speed = 0.0;
         for (int r = 0; r < m_; ++r) {
             const double* row = half_ + r * nv_;
-            wanted[r] = asked_[r] - dot(row, start_, nv_);
+            target[r] = demand_[r] - dot(row, start_, nv_);
             double terms = terms_of(p_.A + r * nv_, p_.v, free, nv_);
-            speed = std::max(speed, std::abs(asked_[r]) + terms * (p_.wider ? p_.wider[r] : 1.0));
+            speed = std::max(speed, std::abs(demand_[r]) + terms * (p_.wider ? p_.wider[r] : 1.0));
         }
-        held_->solve(wanted, s_.multipliers.data(), lacking);
-        double worst = largest(lacking, m_);
+        held_->solve(target, s_.multipliers.data(), shortfall);
+        double worst = largest(shortfall, m_);
         if (worst > tolerance::contradiction * speed) {
             s_.failure = ImpactSolution::Failure::contradiction;
             s_.apart = worst;
             for (int r = 0; r < m_; ++r)
-                if (std::abs(lacking[r]) > 0.1 * worst) s_.failed.push_back(r);
+                if (std::abs(shortfall[r]) > 0.1 * worst) s_.failed.push_back(r);
             return false;
         }
         // What dependent rows lack is the inaccuracy of the model, and is left.
-        for (int r = 0; r < m_; ++r) asked_[r] -= lacking[r];
+        for (int r = 0; r < m_; ++r) demand_[r] -= shortfall[r];
         add_transposed(half_, m_, nv_, s_.multipliers.data(), start_);
         for (int round = 0; round < kRefinements; ++round) {
             double off = 0.0, size = 0.0;
             for (int r = 0; r < m_; ++r) {
-                wanted[r] = asked_[r] - dot(half_ + r * nv_, start_, nv_);
-                off = std::max(off, std::abs(wanted[r]));
-                size = std::max(size, std::abs(asked_[r]));
+                target[r] = demand_[r] - dot(half_ + r * nv_, start_, nv_);
+                off = std::max(off, std::abs(target[r]));
+                size = std::max(size, std::abs(demand_[r]));
             }
             if (off <= tolerance::rounding * size) break;
-            add_multipliers(wanted, start_);
+            add_multipliers(target, start_);
         }
         return true;
     }
 
     // Add to λ what changes the rows' velocities by `wanted`, and to x its half-solved impulse.
-    void add_multipliers(const double* wanted, double* x) {
+    void add_multipliers(const double* target, double* x) {
         Arena::Scope scope(scratch());
-        double *more = scratch().take(m_), *lacking = scratch().take(m_);
-        held_->solve(wanted, more, lacking);
+        double *more = scratch().allocate(m_), *shortfall = scratch().allocate(m_);
+        held_->solve(target, more, shortfall);
         for (int r = 0; r < m_; ++r) s_.multipliers[r] += more[r];
         add_transposed(half_, m_, nv_, more, x);
     }
 
     // P of the contacts in the system that is left when the bilateral rows are eliminated.
     bool touch() {
-        double* moved = scratch().take(nv_);
+        double* change = scratch().allocate(nv_);
         if (rows_ == 0) {
             std::copy(start_, start_ + nv_, s_.dv.data());
             mass_->mass().rest(s_.dv.data());
             return true;
         }
-        half_contacts_ = scratch().take(rows_, nv_);
-        double *left = scratch().take(rows_, nv_), *free = scratch().take(rows_);
+        half_contacts_ = scratch().allocate(rows_, nv_);
+        double *left = scratch().allocate(rows_, nv_), *free = scratch().allocate(rows_);
         std::copy(p_.J, p_.J + rows_ * nv_, half_contacts_);
         for (int r = 0; r < rows_; ++r) mass_->mass().half(half_contacts_ + r * nv_);
         std::copy(half_contacts_, half_contacts_ + rows_ * nv_, left);
         for (int r = 0; r < rows_; ++r)
             free[r] = s_.before[r] + dot(half_contacts_ + r * nv_, start_, nv_);
-        leave_held(left, free);
-        W_ = scratch().take(rows_, rows_);
+        project_out_constraints(left, free);
+        W_ = scratch().allocate(rows_, rows_);
         for (int i = 0; i < rows_; ++i) {
             poll(i, nv_);
             for (int j = 0; j <= i; ++j)
@@ -180,14 +180,14 @@ class Impact {
             return false;
         }
         std::vector<double> held = s_.multipliers;
-        jump(held, moved);
-        refine(contact, free, held, moved);
+        velocity_change(held, change);
+        refine(contact, free, held, change);
         return true;
     }
 
     // Contact rows less what the bilateral rows hold; what these hold wholly stays as they want.
-    void leave_held(double* left, double* free) {
-        const std::vector<char> held = mass_->leave_held(half_contacts_, rows_, left);
+    void project_out_constraints(double* left, double* free) {
+        const std::vector<char> held = mass_->project_out_constraints(half_contacts_, rows_, left);
         const double bar = held_ ? held_->rounding_of_span() : 0.0;
         for (int r = 0; r < rows_; ++r) {
             if (!held[r]) continue;
@@ -205,33 +205,33 @@ class Impact {
     }
 
     // Δv of all impulses, with what the bilateral rows bear of the contacts' added to `held`.
-    void jump(const std::vector<double>& held, double* moved) {
-        std::copy(start_, start_ + nv_, moved);
-        add_transposed(half_contacts_, rows_, nv_, s_.contact.impulse.data(), moved);
+    void velocity_change(const std::vector<double>& held, double* change) {
+        std::copy(start_, start_ + nv_, change);
+        add_transposed(half_contacts_, rows_, nv_, s_.contact.impulse.data(), change);
         s_.multipliers = held;
         if (held_) {
             Arena::Scope scope(scratch());
-            double* wanted = scratch().take(m_);
+            double* target = scratch().allocate(m_);
             for (int round = 0; round < kRefinements; ++round) {
-                double off = 0.0, size = largest(asked_, m_);
+                double off = 0.0, size = largest(demand_, m_);
                 for (int r = 0; r < m_; ++r) {
-                    double own = dot(half_ + r * nv_, moved, nv_);
-                    wanted[r] = asked_[r] - own;
-                    off = std::max(off, std::abs(wanted[r]));
+                    double own = dot(half_ + r * nv_, change, nv_);
+                    target[r] = demand_[r] - own;
+                    off = std::max(off, std::abs(target[r]));
                     size = std::max(size, std::abs(own));
                 }
                 if (off <= tolerance::rounding * size) break;
-                add_multipliers(wanted, moved);
+                add_multipliers(target, change);
             }
         }
-        std::copy(moved, moved + nv_, s_.dv.data());
+        std::copy(change, change + nv_, s_.dv.data());
         mass_->mass().rest(s_.dv.data());
     }
 
     // Where W P has lost digits the law is solved again with the velocities that Δv makes.
     void refine(ContactProblem& contact, double* free, const std::vector<double>& held,
-                double* moved) {
-        double* made = scratch().take(rows_);
+                double* change) {
+        double* made = scratch().allocate(rows_);
         for (int round = 0; round < kRefinements; ++round) {
             double off = 0.0, size = 0.0;
             for (int r = 0; r < rows_; ++r) {
@@ -242,7 +242,7 @@ class Impact {
             if (off <= tolerance::refined * size || s_.contact.status >= Status::no_solution) break;
             for (int r = 0; r < rows_; ++r) free[r] += made[r] - s_.contact.after[r];
             s_.contact = solve_contacts(contact, p_.law);
-            jump(held, moved);
+            velocity_change(held, change);
             sharpen();
         }
     }
@@ -251,7 +251,7 @@ class Impact {
     void sharpen() {
         if (mass_->is_filled()) return;
         Arena::Scope scope(scratch());
-        double* left = scratch().take(nv_);
+        double* left = scratch().allocate(nv_);
         if (p_.impulse) std::copy(p_.impulse, p_.impulse + nv_, left);
         add_transposed(p_.A, m_, nv_, s_.multipliers.data(), left);
         add_transposed(p_.J, rows_, nv_, s_.contact.impulse.data(), left);
@@ -264,7 +264,7 @@ class Impact {
     void finish() {
         for (int r = 0; r < m_; ++r)
             if (p_.locks && p_.locks[r] >= 0 && s_.unique[r])
-                s_.dv[p_.locks[r]] = asked_[r] / p_.A[r * nv_ + p_.locks[r]];
+                s_.dv[p_.locks[r]] = demand_[r] / p_.A[r * nv_ + p_.locks[r]];
         if (mass_->is_filled()) balance_locks();
         measure();
         if (p_.law.restitution == Restitution::newton && p_.law.slip == Slip::end &&
@@ -274,7 +274,7 @@ class Impact {
 
     // Without mass 0 = I + Aᵀλ + JᵀP says what a lock carries.
     void balance_locks() {
-        double* total = scratch().take(nv_);
+        double* total = scratch().allocate(nv_);
         for (int r = 0; r < m_; ++r) {
             if (!p_.locks || p_.locks[r] < 0 || !s_.unique[r]) continue;
             int k = p_.locks[r];
@@ -290,7 +290,7 @@ class Impact {
 
     // Backward errors of M Δv = I + Aᵀλ + JᵀP, of A v⁺ = b, and of J v⁺ beside the law's u⁺.
     void measure() {
-        double *left = scratch().take(nv_), *size = scratch().take(nv_);
+        double *left = scratch().allocate(nv_), *size = scratch().allocate(nv_);
         // Of what rests and is struck the velocities that the blow alone would make are the
         // measure.
         double twice = p_.impulse ? dot(blow_, blow_, nv_) : 0.0;
@@ -327,11 +327,11 @@ class Impact {
                 s_.momentum_residual = std::max(s_.momentum_residual, std::abs(left[i]) / own);
         }
         // What is held before an impact and after moves by what the contacts' impulses alone make.
-        double off = 0.0, terms = 0.0, *struck = scratch().take(nv_);
+        double off = 0.0, terms = 0.0, *struck = scratch().allocate(nv_);
         if (m_ > 0) add_transposed(half_contacts_, rows_, nv_, s_.contact.impulse.data(), struck);
         for (int r = 0; r < m_; ++r) {
             const double *row = p_.A + r * nv_, *half = half_ + r * nv_;
-            off = std::max(off, std::abs(asked_[r] - dot(row, s_.dv.data(), nv_)));
+            off = std::max(off, std::abs(demand_[r] - dot(row, s_.dv.data(), nv_)));
             terms =
                 std::max(terms, std::abs(p_.target[r]) + terms_of(row, p_.v, s_.dv.data(), nv_) +
                                     blown(half) + std::abs(dot(half, struck, nv_)));
@@ -352,7 +352,7 @@ class Impact {
     void judge_energy() {
         if (m_ == 0 || rows_ == 0 || s_.contact.status != Status::solved) return;
         double work = 0.0, size = 0.0, by_blows = 0.0;
-        double* blow = scratch().take(nv_);
+        double* blow = scratch().allocate(nv_);
         std::copy(right_, right_ + nv_, blow);
         mass_->mass().solve(blow);
         auto add = [&](const double* row, double impulse) {
@@ -374,11 +374,11 @@ class Impact {
     ImpactSolution& s_;
     const int nv_, m_, rows_;
     Arena::Scope scope_;
-    std::optional<HeldMass> mass_;
+    std::optional<ConstrainedMass> mass_;
     const BilateralRows* held_ = nullptr;
     const double* half_ = nullptr;
     double *M_ = nullptr, *blow_ = nullptr;
-    double *right_ = nullptr, *asked_ = nullptr, *start_ = nullptr;
+    double *right_ = nullptr, *demand_ = nullptr, *start_ = nullptr;
     double *half_contacts_ = nullptr, *W_ = nullptr;
 };
 

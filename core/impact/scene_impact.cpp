@@ -32,14 +32,14 @@ void solve_scene(const Scene& scene, const ContactLaw& law, const double* q, con
     tree.mass_matrix(impact.M.data());
     Rows<double> rows(scene);
     rows.fill(tree, q, v, &given);
-    rows.take(tree, 0, impact.rows);
+    rows.extract(tree, 0, impact.rows);
     if (impact.rows.without_line >= 0 || impact.rows.without_ellipse >= 0) return;
     ImpactProblem p = problem_of(scene, impact.rows, law.law);
     p.M = impact.M.data();
     p.v = v;
     if (scene.blows.size() + scene.kicks.size() > 0) {
         impact.impulse.resize(nv);
-        press_blows(scene, impulses, tree);
+        add_blow_wrenches(scene, impulses, tree);
         tree.gather(impact.impulse.data());
         const double* kicks = impulses + 6 * scene.blows.size();
         for (std::size_t i = 0; i < scene.kicks.size(); ++i)

@@ -46,7 +46,7 @@ constexpr int kGrowths = 8;
 void Stepper::differentiate(const Rate& f, double t, const double* y, const double* rate) {
     Arena::Scope scope(scratch());
     J_.resize(n_ * n_);
-    double *moved = scratch().take(n_), *other = scratch().take(n_);
+    double *moved = scratch().allocate(n_), *other = scratch().allocate(n_);
     std::copy(y, y + n_, moved);
     for (int j = 0; j < n_; ++j) {
         const double step = kDifference * std::max(1.0, std::abs(y[j]));
@@ -74,9 +74,9 @@ void Stepper::differentiate(const Rate& f, double t, const double* y, const doub
 bool Stepper::collocate(const Rate& f, double t, const double* y, double h, double* Z) {
     Arena::Scope scope(scratch());
     const int n = n_, m = 2 * n;
-    double *pair = scratch().take(m * m), *F = scratch().take(3 * n), *left = scratch().take(3 * n),
-           *at = scratch().take(n);
-    int* pivots = scratch().take_int(m);
+    double *pair = scratch().allocate(m * m), *F = scratch().allocate(3 * n),
+           *left = scratch().allocate(3 * n), *at = scratch().allocate(n);
+    int* pivots = scratch().allocate_int(m);
     real_.resize(n * n);
     pivot_.resize(n);
     for (int i = 0; i < n; ++i) {
@@ -132,7 +132,7 @@ void Stepper::foresee(double t, double h, double* Z) const {
     std::fill(Z, Z + 3 * n_, 0.0);
     if (!(last_.length > 0.0) || last_.end != t) return;
     Arena::Scope scope(scratch());
-    double* end = scratch().take(n_);
+    double* end = scratch().allocate(n_);
     last_.at(t, end);
     for (int a = 0; a < 3; ++a) {
         last_.at(t + kPlaces[a] * h, Z + a * n_);
@@ -159,7 +159,7 @@ void Stepper::keep_cubic(double t, const double* y, double h, const double* Z, S
 bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& settle, double t,
                        double* y, double* rate, double longest, Step& found) {
     Arena::Scope scope(scratch());
-    double *Z = scratch().take(3 * n_), *off = scratch().take(n_);
+    double *Z = scratch().allocate(3 * n_), *off = scratch().allocate(n_);
     bool is_fresh = !keeps_J_;
     if (is_fresh) differentiate(f, t, y, rate);
     double h = std::min(next, longest);

@@ -12,7 +12,7 @@ namespace impulsekit {
 class Arena {
   public:
     // Zeroed room for `count` numbers, valid until the mark before it is released.
-    double* take(std::size_t count) {
+    double* allocate(std::size_t count) {
         const std::size_t size = std::max(count, std::size_t{1});
         while (chunk_ < chunks_.size() && used_ + size > chunks_[chunk_].size) next();
         if (chunk_ == chunks_.size()) {
@@ -27,11 +27,11 @@ class Arena {
     }
 
     // A matrix; its size as a product of integers could overflow.
-    double* take(std::size_t rows, std::size_t columns) { return take(rows * columns); }
+    double* allocate(std::size_t rows, std::size_t columns) { return allocate(rows * columns); }
 
-    int* take_int(std::size_t count) {
+    int* allocate_int(std::size_t count) {
         static_assert(sizeof(int) <= sizeof(double), "integers are kept in rooms of doubles");
-        return reinterpret_cast<int*>(take(count));
+        return reinterpret_cast<int*>(allocate(count));
     }
 
     // Gives back, at its end, all that was taken in its life.

@@ -36,7 +36,7 @@ bool factor_lu(double* a, int n, int* pivot) {
 
 int factor_pivoted(double* a, int n, int* order, double tolerance) {
     Arena::Scope scope(scratch());
-    double* first = scratch().take(n);
+    double* first = scratch().allocate(n);
     for (int i = 0; i < n; ++i) {
         order[i] = i;
         first[i] = a[i * n + i];
@@ -66,7 +66,7 @@ int factor_pivoted(double* a, int n, int* order, double tolerance) {
 
 void solve_pivoted(const double* l, const int* order, int n, double* x, Arena& arena) {
     Arena::Scope scope(arena);
-    double* y = arena.take(n);
+    double* y = arena.allocate(n);
     for (int i = 0; i < n; ++i) {
         const double* row = l + order[i] * n;
         double total = x[order[i]];
@@ -86,7 +86,7 @@ void null_projector(const double* l, const int* order, int n, int rank, double* 
     int count = n - rank;
     if (count == 0) return;
     Arena::Scope scope(arena);
-    double* basis = arena.take(count, n);
+    double* basis = arena.allocate(count, n);
     for (int k = 0; k < count; ++k) {
         double* x = basis + k * n;
         x[order[rank + k]] = 1.0;

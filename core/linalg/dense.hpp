@@ -13,15 +13,15 @@ bool factor_lu(double* a, int n, int* pivot);
 // Solve with the factors of `factor_lu`, in place; of eight sets of numbers side by side, too.
 template <typename S>
 void solve_lu(const double* lu, const int* pivot, int n, S* x) {
-    const auto take = [&](int i, int from, int to) {
+    const auto subtract = [&](int i, int from, int to) {
         S total{};
         for (int j = from; j < to; ++j) total += lu[i * n + j] * x[j];
         x[i] -= total;
     };
     for (int k = 0; k < n; ++k) std::swap(x[k], x[pivot[k]]);
-    for (int i = 0; i < n; ++i) take(i, 0, i);
+    for (int i = 0; i < n; ++i) subtract(i, 0, i);
     for (int i = n - 1; i >= 0; --i) {
-        take(i, i + 1, n);
+        subtract(i, i + 1, n);
         x[i] /= lu[i * n + i];
     }
 }

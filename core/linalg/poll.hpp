@@ -6,7 +6,7 @@
 namespace impulsekit {
 
 // Set what looks, where Python is known; what it throws ends the work.
-void set_look_for_signals(void (*look)());
+void set_signal_check(void (*check)());
 
 // Count work that was done on this thread, and look if there was enough of it.
 void poll(std::size_t multiplications);

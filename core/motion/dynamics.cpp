@@ -73,7 +73,7 @@ void Dynamics::look(const double* q, const double* v, bool rates) {
     tree.move(v);
     if (!rates) return;
     Arena::Scope scope(scratch());
-    tree.bias(v, scene.gravity, scratch().take(scene.scene.model->nv));
+    tree.bias(v, scene.gravity, scratch().allocate(scene.scene.model->nv));
 }
 
 const std::vector<double>& Dynamics::mass_matrix() {
@@ -88,8 +88,8 @@ bool Dynamics::moved(const double* rows, int count, const double* change, double
     if (count == 0) return true;
     mass_matrix();
     Arena::Scope scope(scratch());
-    double *half = scratch().take(count * nv), *x = scratch().take(count),
-           *lacking = scratch().take(count);
+    double *half = scratch().allocate(count * nv), *x = scratch().allocate(count),
+           *lacking = scratch().allocate(count);
     filled_ = !mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv);
     if (filled_) {
         // Rows stand in for the inertia that is missing.
@@ -100,7 +100,7 @@ bool Dynamics::moved(const double* rows, int count, const double* change, double
     }
     std::copy(rows, rows + count * nv, half);
     for (int r = 0; r < count; ++r) mass_.half(half + r * nv);
-    int* vectors = scratch().take_int(count);
+    int* vectors = scratch().allocate_int(count);
     for (int r = 0; r < count; ++r) vectors[r] = r;
     const BilateralRows own(half, count, nv, vectors);
     own.solve(change, x, lacking);
@@ -116,7 +116,7 @@ void Dynamics::write_load(double t, const double* q, const double* v, const Rest
     std::fill(tree.wrench.begin(), tree.wrench.end(), Spatial<double>{});
     add_forces(scene.forces, kinks, -1, t, q, v, tree, load_.data());
     Arena::Scope scope(scratch());
-    double* along = scratch().take(nv);
+    double* along = scratch().allocate(nv);
     if (scene.forces.on_bodies()) {
         tree.gather(along);
         for (int i = 0; i < nv; ++i) load_[i] += along[i];
@@ -157,12 +157,13 @@ bool Dynamics::factor_mass(const double* wanted) {
     return m > 0 && mass_.factor(M.data(), dense_.data(), nv);
 }
 
-// Adds to `start`, half-solved, what the multipliers give that bring rows to what is wanted, and
+// Adds to `start`, half-solved, what the multipliers give that bring rows to the target, and
 // to them; false where rows contradict each other.
 bool Dynamics::eliminate(double* start, const double* wanted) {
     const int nv = scene.scene.model->nv, m = holding.rows();
     Arena::Scope scope(scratch());
-    double *left = scratch().take(m), *more = scratch().take(m), *lacking = scratch().take(m);
+    double *left = scratch().allocate(m), *more = scratch().allocate(m),
+           *lacking = scratch().allocate(m);
     for (int round = 0; round <= kRefinements; ++round) {
         double off = 0.0, terms = 0.0;
         for (int r = 0; r < m; ++r) {
@@ -215,7 +216,7 @@ Trouble Dynamics::accelerate(double t, const double* q, const double* v, Rest& r
     look(q, v);
     write_load(t, q, v, rest);
     Arena::Scope scope(scratch());
-    double *wanted = scratch().take(m), *speed = scratch().take(m);
+    double *wanted = scratch().allocate(m), *speed = scratch().allocate(m);
     if (m > 0) {
         holding.fill(tree, q, v);
         holding.speeds(t, speed, wanted);
@@ -256,19 +257,19 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     left_.resize(J_.size());
     for (int r = 0; r < rows_; ++r) mass_.half(half_contacts_.data() + r * nv);
     left_ = half_contacts_;
-    double *free = scratch().take(rows_), *W = scratch().take(rows_ * rows_);
+    double *free = scratch().allocate(rows_), *W = scratch().allocate(rows_ * rows_);
     for (int r = 0; r < rows_; ++r)
         free[r] = bias_[r] + dot(half_contacts_.data() + r * nv, start, nv);
     if (m > 0)
         for (int r = 0; r < rows_; ++r) {
             const double* row = half_contacts_.data() + r * nv;
             double* own = left_.data() + r * nv;
-            held_->project_off(own);
+            held_->project_out(own);
             const double bar = held_->rounding_of_span();
             if (dot(own, own, nv) <= bar * bar * dot(row, row, nv)) std::fill(own, own + nv, 0.0);
         }
     // Rows of bodies that have nothing to do with each other share no columns.
-    int *first = scratch().take_int(rows_), *last = scratch().take_int(rows_);
+    int *first = scratch().allocate_int(rows_), *last = scratch().allocate_int(rows_);
     for (int i = 0; i < rows_; ++i) {
         const double* row = left_.data() + i * nv;
         first[i] = 0, last[i] = nv;
@@ -286,9 +287,9 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.points = n;
     p.turning = k;
     p.joints = rows_ - 3 * (n + k);
-    double *reach = scratch().take(n + 2 * k), *way = scratch().take(2 * (n + 2 * k)),
-           *bound = scratch().take(p.joints), *pull = scratch().take(n);
-    char* pressed = reinterpret_cast<char*>(scratch().take(n));
+    double *reach = scratch().allocate(n + 2 * k), *way = scratch().allocate(2 * (n + 2 * k)),
+           *bound = scratch().allocate(p.joints), *pull = scratch().allocate(n);
+    char* pressed = reinterpret_cast<char*>(scratch().allocate(n));
     size = 0.0;
     for (int i = 0; i < n; ++i) {
         const RestPoint& point = rest.points[i];
@@ -334,7 +335,7 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.way = way;
     p.turning_of = turning_points.data();
     p.bound = bound;
-    double *force = scratch().take(rows_), *rates = scratch().take(rows_);
+    double *force = scratch().allocate(rows_), *rates = scratch().allocate(rows_);
     if (!solve_rest(p, pressed, force, rates)) return Trouble::rest_not_solved;
     for (int i = 0; i < n; ++i) {
         rest.points[i].pressed = pressed[i];

@@ -224,7 +224,7 @@ void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, c
         if (asked(ForceEntry::spring, i) && kinks.of_spring(static_cast<int>(i)) == Side::acts)
             pull(forces.springs[i], tree);
     Arena::Scope scope(scratch());
-    double* numbers = scratch().take(static_cast<int>(forces.at_start.size()));
+    double* numbers = scratch().allocate(static_cast<int>(forces.at_start.size()));
     std::copy(forces.at_start.begin(), forces.at_start.end(), numbers);
     if (forces.driven) forces.driven(t, q, v, numbers);
     for (std::size_t i = 0; i < forces.applied.size(); ++i)
@@ -235,7 +235,7 @@ void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, c
     for (std::size_t i = 0; i < forces.functions.size(); ++i) {
         if (!asked(ForceEntry::function, i)) continue;
         const Forces::Function& own = forces.functions[i];
-        double* given = scratch().take(own.count);
+        double* given = scratch().allocate(own.count);
         own.at(t, q, v, given);
         for (int j = 0; j < own.count; ++j) torques[own.v + j] += given[j];
     }

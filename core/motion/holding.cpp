@@ -55,9 +55,9 @@ void Holding::fill_rows(const Tree<double>& tree, const double* q) {
     const int nv = scene_->model->nv;
     std::fill(A_.begin(), A_.end(), 0.0);
     Arena::Scope scope(scratch());
-    double* given = scratch().take(scene_->function_rows * nv);
+    double* given = scratch().allocate(scene_->function_rows * nv);
     if (scene_->function_rows > 0) functions_.rows(q, given);
-    double* block = scratch().take(6 * nv);
+    double* block = scratch().allocate(6 * nv);
     for (int e = 0; e < entries_; ++e) {
         const Held& held = scene_->held[e];
         double* rows = A_.data() + held.row * nv;
@@ -99,7 +99,7 @@ void Holding::widen(const Held& held, const double* six, double least) {
 void Holding::fill(const Tree<double>& tree, const double* q, const double* v) {
     fill_rows(tree, q);
     Arena::Scope scope(scratch());
-    double* given = scratch().take(scene_->function_rows);
+    double* given = scratch().allocate(scene_->function_rows);
     if (scene_->function_rows > 0) functions_.bias(q, v, given);
     for (int e = 0; e < entries_; ++e) {
         const Held& held = scene_->held[e];

@@ -57,7 +57,7 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
 bool Motion::rate(double at, const double* from, double* to) {
     Arena::Scope scope(scratch());
     const Model& model = *scene_->scene.model;
-    double* q = scratch().take(nq());
+    double* q = scratch().allocate(nq());
     std::copy(from, from + nq(), q);
     normalize_configuration(model, q);
     configuration_rate(model, from, from + nq(), to);

@@ -28,10 +28,10 @@ class RestLaw {
   public:
     RestLaw(const RestProblem& p, char* pressed, double* F, double* a)
         : p_(p), pressed_(pressed), F_(F), a_(a), rows_(p.rows()), scope_(scratch()) {
-        C_ = scratch().take(rows_ * rows_);
-        unit_ = scratch().take(rows_);
-        used_ = scratch().take_int(rows_);
-        force_ = scratch().take(rows_);
+        C_ = scratch().allocate(rows_ * rows_);
+        unit_ = scratch().allocate(rows_);
+        used_ = scratch().allocate_int(rows_);
+        force_ = scratch().allocate(rows_);
         couple();
     }
 
@@ -102,9 +102,9 @@ class RestLaw {
             if (p_.bound[j] > 0.0) use(3 * (p_.points + p_.turning) + j);
         Arena::Scope scope(scratch());
         const int m = count_;
-        double *A = scratch().take(m * m), *soft = scratch().take(m * m), *x = scratch().take(m),
-               *left = scratch().take(m);
-        int* pivot = scratch().take_int(m);
+        double *A = scratch().allocate(m * m), *soft = scratch().allocate(m * m),
+               *x = scratch().allocate(m), *left = scratch().allocate(m);
+        int* pivot = scratch().allocate_int(m);
         for (int i = 0; i < m; ++i) {
             for (int j = 0; j < m; ++j)
                 A[i * m + j] = unit_[used_[i]] * C_[used_[i] * rows_ + used_[j]] * unit_[used_[j]];

@@ -167,7 +167,7 @@ GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const doubl
     if (gap.kind == Contact::functions) {
         const int nv = scene_->model->nv;
         Arena::Scope scope(scratch());
-        double* own = scratch().take(1 + 3 * nv);
+        double* own = scratch().allocate(1 + 3 * nv);
         functions_.rows(gap.function, q, own);
         found.gap = own[0];
         for (int i = 0; i < nv; ++i) found.rate += own[1 + 2 * nv + i] * v[i];
@@ -267,7 +267,7 @@ double Touching::gap_of(const Tree<double>& tree, const RestPoint& point, const 
     if (inside) *inside = INFINITY;
     if (gap.kind != Contact::shapes && gap.kind != Contact::ball) {
         Arena::Scope scope(scratch());
-        const double* still = scratch().take(scene_->model->nv);
+        const double* still = scratch().allocate(scene_->model->nv);
         return measure(tree, gap, q, still).gap;
     }
     const Bodies& bodies = bodies_[gap.entry];
@@ -418,7 +418,7 @@ void Touching::rows(const Tree<double>& tree, const RestPoint& point, const doub
     }
     if (gap.kind == Contact::functions) {
         Arena::Scope scope(scratch());
-        double* own = scratch().take(1 + 3 * nv);
+        double* own = scratch().allocate(1 + 3 * nv);
         functions_.rows(gap.function, q, own);
         std::copy(own + 1, own + 1 + 3 * nv, J);
         if (bias) functions_.bias(gap.function, q, v, bias);

@@ -9,7 +9,7 @@
 namespace impulsekit {
 
 // The wrench of a blow with numbers p (6) about its body's origin; `world`: R of the body, to the
-// axes in which the wrench is wanted unless it is wanted in the body's own.
+// axes of the wrench unless it is expressed in the body's own.
 template <typename S>
 Spatial<S> wrench_of(const Blow& blow, const S* p, const Mat3<S>& world, bool in_body) {
     Vec3<S> f{p[0], p[1], p[2]}, m{p[3], p[4], p[5]};
@@ -28,7 +28,7 @@ Spatial<S> wrench_of(const Blow& blow, const S* p, const Mat3<S>& world, bool in
 
 // The blows of a scene as the wrenches of a tree that has been placed; `numbers`: six of each.
 template <typename S>
-void press_blows(const Scene& scene, const S* numbers, Tree<S>& tree) {
+void add_blow_wrenches(const Scene& scene, const S* numbers, Tree<S>& tree) {
     std::fill(tree.wrench.begin(), tree.wrench.end(), Spatial<S>{});
     for (std::size_t i = 0; i < scene.blows.size(); ++i) {
         const int body = scene.blows[i].site.body;

@@ -37,7 +37,7 @@ S within(const S& x, double low, double high) {
 
 // The shortest way out of a core from a point within: its direction, and how long it is.
 template <typename S>
-Vec3<S> way_out(const Ball& ball, const Vec3<S>& c, S& length) {
+Vec3<S> shortest_way_out(const Ball& ball, const Vec3<S>& c, S& length) {
     const auto get = [](const S& x) { return Number<S>::get(x, 0); };
     const auto sign = [&](const S& x) { return number<S>(get(x) < 0.0 ? -1.0 : 1.0); };
     // How deep a coordinate is within a half size.
@@ -71,7 +71,7 @@ Vec3<S> way_out(const Ball& ball, const Vec3<S>& c, S& length) {
 // ball a point, of a capsule a segment, of a box or a cylinder the whole. From within a core the
 // shortest way out counts.
 template <typename S>
-S meet_ball(const Ball& ball, const Vec3<S>& c, Vec3<S>& point, Vec3<S>& normal) {
+S ball_contact(const Ball& ball, const Vec3<S>& c, Vec3<S>& point, Vec3<S>& normal) {
     const auto get = [](const S& x) { return Number<S>::get(x, 0); };
     const double a = ball.size[0], b = ball.size[1], d = ball.size[2];
     double around = 0.0;
@@ -93,17 +93,17 @@ S meet_ball(const Ball& ball, const Vec3<S>& c, Vec3<S>& point, Vec3<S>& normal)
         around = a;
         if (ball.kind == Ball::capsule) core.z = within(c.z, -b, b);
     }
-    const Vec3<S> way = c - core;
-    const S square = dot(way, way);
+    const Vec3<S> offset = c - core;
+    const S square = dot(offset, offset);
     if (!(get(square) > 0.0)) {
         S out{};
-        normal = way_out(ball, c, out);
+        normal = shortest_way_out(ball, c, out);
         const S gap = -out - around - ball.radius;
         point = core + normal * (out + around + 0.5 * gap);
         return gap;
     }
     const S length = root(square);
-    normal = {way.x / length, way.y / length, way.z / length};
+    normal = {offset.x / length, offset.y / length, offset.z / length};
     const S gap = length - around - ball.radius;
     point = core + normal * (around + 0.5 * gap);
     return gap;

@@ -17,9 +17,9 @@ inline Pair pair_of(const Blow& blow) {
 }
 
 template <typename S>
-Meeting<S> meeting_of(const Tree<S>& tree, const Pair& pair) {
+FramePairState<S> frame_pair_state(const Tree<S>& tree, const Pair& pair) {
     const typename Rows<S>::Ends ends = Rows<S>::ends_of(tree, pair);
-    Meeting<S> m;
+    FramePairState<S> m;
     m.first = pair.first.body;
     m.other = pair.other.body;
     m.place = ends.place;
@@ -31,13 +31,13 @@ Meeting<S> meeting_of(const Tree<S>& tree, const Pair& pair) {
 }
 
 // A ball of which the centre stands where `m.centre` says, at a shape with these axes and place.
-inline void meet_shape(const Ball& ball, const Mat3<double>& axes, const Vec3<double>& at,
-                       bool is_first, Meeting<double>& m) {
+inline void set_ball_contact(const Ball& ball, const Mat3<double>& axes, const Vec3<double>& at,
+                             bool is_first, FramePairState<double>& m) {
     using Number4 = Dual<4>;
     const Vec3<double> local = back(axes, m.centre - at);
     Vec3<Number4> centre{{local.x, {1.0}}, {local.y, {0.0, 1.0}}, {local.z, {0.0, 0.0, 1.0}}};
     Vec3<Number4> point, normal;
-    meet_ball(ball, centre, point, normal);
+    ball_contact(ball, centre, point, normal);
     m.ball = is_first ? 1 : -1;
     const double sign = is_first ? 1.0 : -1.0;
     const auto in_world = [&](const Vec3<Number4>& a, double factor) {
@@ -56,8 +56,9 @@ inline void meet_shape(const Ball& ball, const Mat3<double>& axes, const Vec3<do
 
 // Bodies of any shapes: known in closed form are a ball's, corner's or capsule's end on a flat
 // face, and two balls.
-inline bool meet_feature(const Contact& contact, const Feature& feature, const Placement& first,
-                         const Placement& other, Meeting<double>& m) {
+inline bool set_feature_contact(const Contact& contact, const Feature& feature,
+                                const Placement& first, const Placement& other,
+                                FramePairState<double>& m) {
     const Shape* shapes[2] = {&contact.first[feature.piece[0]], &contact.other[feature.piece[1]]};
     const Placement* places[2] = {&first, &other};
     const bool on_face =
@@ -72,22 +73,23 @@ inline bool meet_feature(const Contact& contact, const Feature& feature, const P
     ball.radius = own.radius;
     if (!on_face) {
         ball.size[0] = ground.radius;
-        meet_shape(ball, under.rotation, under.act(ground.points[0]), side == 0, m);
+        set_ball_contact(ball, under.rotation, under.act(ground.points[0]), side == 0, m);
         return true;
     }
     const Face& face = ground.faces[feature.index[2]];
     ball.kind = Ball::plane;
     const Mat3<double> axes = contact_axes(face.normal);
-    meet_shape(ball, under.rotation * axes, under.act(face.normal * (face.offset + ground.radius)),
-               side == 0, m);
+    set_ball_contact(ball, under.rotation * axes,
+                     under.act(face.normal * (face.offset + ground.radius)), side == 0, m);
     return true;
 }
 
 // The meetings of the points of one lane; false, and which contact it is, where one does not move
 // in closed form.
 template <typename S>
-bool find_meetings(const Rows<S>& rows, const Tree<double>& tree, int lane, const StateRows& taken,
-                   std::vector<Meeting<double>>& found, int& entry) {
+bool find_frame_pair_states(const Rows<S>& rows, const Tree<double>& tree, int lane,
+                            const StateRows& points, std::vector<FramePairState<double>>& found,
+                            int& entry) {
     const auto get = [lane](const Vec3<S>& a) {
         return Vec3<double>{Number<S>::get(a.x, lane), Number<S>::get(a.y, lane),
                             Number<S>::get(a.z, lane)};
@@ -98,10 +100,10 @@ bool find_meetings(const Rows<S>& rows, const Tree<double>& tree, int lane, cons
     };
     found.clear();
     bool is_closed = true;
-    for (int i : taken.touch_of) {
-        const Touch<S>& t = rows.touches[i];
+    for (int i : points.contact_frame_of) {
+        const ContactFrame<S>& t = rows.contact_frames[i];
         const Contact& contact = rows.scene.contacts[t.entry];
-        Meeting<double> m;
+        FramePairState<double> m;
         m.first = t.first;
         m.other = t.other;
         m.place = get(t.place);
@@ -114,11 +116,12 @@ bool find_meetings(const Rows<S>& rows, const Tree<double>& tree, int lane, cons
         if (contact.kind == Contact::ball) {
             const Placement shape = placement(contact.frames.other);
             m.centre = Rows<double>::place_of(tree, contact.frames.first);
-            meet_shape(contact.shape, shape.rotation, shape.origin, contact.shape.sign > 0.0, m);
+            set_ball_contact(contact.shape, shape.rotation, shape.origin, contact.shape.sign > 0.0,
+                             m);
         } else if (contact.kind == Contact::shapes) {
-            const bool own =
-                meet_feature(contact, rows.features[t.feature + lane],
-                             placement(contact.frames.first), placement(contact.frames.other), m);
+            const bool own = set_feature_contact(contact, rows.features[t.feature + lane],
+                                                 placement(contact.frames.first),
+                                                 placement(contact.frames.other), m);
             if (!own && is_closed) entry = t.entry;
             is_closed = is_closed && own;
         }
@@ -129,7 +132,7 @@ bool find_meetings(const Rows<S>& rows, const Tree<double>& tree, int lane, cons
 
 // The bodies of one lane.
 template <typename S>
-void take_lane(const Tree<S>& from, int lane, Tree<double>& to) {
+void extract_lane(const Tree<S>& from, int lane, Tree<double>& to) {
     const auto get = [lane](const Vec3<S>& a) {
         return Vec3<double>{Number<S>::get(a.x, lane), Number<S>::get(a.y, lane),
                             Number<S>::get(a.z, lane)};

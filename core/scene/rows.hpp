@@ -14,14 +14,14 @@ namespace impulsekit {
 
 // A point that may touch. Lanes that do not are left out of the law.
 template <typename S>
-struct Touch {
+struct ContactFrame {
     int entry = 0;
     int first = 0, other = 0;  // bodies; both 0 for a stop or functions
     bool of_bodies = false;    // whether it has a place, and axes in the world
     Mat3<S> axes = identity<S>();
     Vec3<S> place, other_place;  // of both ends, which differ for a rope
     S gap{};
-    bool touches[Number<S>::lanes];
+    bool closed[Number<S>::lanes];
     int feature = -1;  // of bodies of any shapes: where the names of its points begin
 };
 
@@ -33,7 +33,7 @@ class Rows {
     std::vector<S> A;       // (rows, nv)
     std::vector<S> target;  // (rows)
     std::vector<S> wider;   // (rows), see StateRows
-    std::vector<Touch<S>> touches;
+    std::vector<ContactFrame<S>> contact_frames;
     std::vector<S> J;                 // (3 touches, nv)
     std::vector<S> turning;           // (3 touches, nv) of the relative angular velocity
     bool has_line[Number<S>::lanes];  // false where two points of a line coincide
@@ -45,17 +45,17 @@ class Rows {
     // All rows at q, v; the tree with places and columns there. `given`: one of each lane.
     void fill(const Tree<S>& tree, const S* q, const S* v, const GivenState* given) {
         std::fill(has_line, has_line + lanes, true);
-        touch(tree, q, given);
+        add_contacts(tree, q, given);
         for (int k = 0; k < lanes; ++k)
             if (given[k].only) choose(given[k].only, k);
-        hold(tree, v, given);
+        add_constraints(tree, v, given);
     }
 
     // The rows of one lane.
-    void take(const Tree<S>& tree, int k, StateRows& to) const {
+    void extract(const Tree<S>& tree, int k, StateRows& to) const {
         to.points.clear();
         to.turning_of.clear();
-        to.touch_of.clear();
+        to.contact_frame_of.clear();
         to.A.resize(A.size());
         to.target.resize(target.size());
         to.wider.resize(wider.size());
@@ -70,32 +70,32 @@ class Rows {
                 to.yielded.push_back(held.row);
         to.without_line = has_line[k] ? -1 : 0;
         to.without_ellipse = -1;
-        for (std::size_t i = 0; i < touches.size(); ++i) {
-            if (!touches[i].touches[k]) continue;
-            if (scene.contacts[touches[i].entry].turns)
+        for (std::size_t i = 0; i < contact_frames.size(); ++i) {
+            if (!contact_frames[i].closed[k]) continue;
+            if (scene.contacts[contact_frames[i].entry].turns)
                 to.turning_of.push_back(static_cast<int>(to.points.size()));
-            to.touch_of.push_back(static_cast<int>(i));
-            to.points.push_back(point_of(tree, touches[i], k, to));
+            to.contact_frame_of.push_back(static_cast<int>(i));
+            to.points.push_back(point_of(tree, contact_frames[i], k, to));
         }
         const std::size_t block = 3 * nv();
         to.J.resize((to.points.size() + to.turning_of.size()) * block);
         double* next = to.J.data();
-        auto copy = [&](const std::vector<S>& rows, int touch) {
-            for (std::size_t j = 0; j < block; ++j) *next++ = get(rows[touch * block + j], k);
+        auto copy = [&](const std::vector<S>& rows, int frame) {
+            for (std::size_t j = 0; j < block; ++j) *next++ = get(rows[frame * block + j], k);
         };
-        for (int touch : to.touch_of) copy(J, touch);
-        for (int point : to.turning_of) copy(turning, to.touch_of[point]);
+        for (int frame : to.contact_frame_of) copy(J, frame);
+        for (int point : to.turning_of) copy(turning, to.contact_frame_of[point]);
     }
 
     // Add what impulses of the rows (P of each touch in its axes and moments behind them, λ) give
     // the bodies, about their origins in world axes.
-    void press(Tree<S>& tree, const S* P, const S* moments, const S* lambda) const {
-        for (std::size_t i = 0; i < touches.size(); ++i) {
-            const Touch<S>& t = touches[i];
+    void add_wrenches(Tree<S>& tree, const S* P, const S* moments, const S* lambda) const {
+        for (std::size_t i = 0; i < contact_frames.size(); ++i) {
+            const ContactFrame<S>& t = contact_frames[i];
             if (!t.of_bodies) continue;
             const Vec3<S> f = t.axes * Vec3<S>{P[3 * i], P[3 * i + 1], P[3 * i + 2]};
-            push(tree, t.first, t.place, f, number<S>(1.0));
-            push(tree, t.other, t.other_place, f, number<S>(-1.0));
+            add_wrench(tree, t.first, t.place, f, number<S>(1.0));
+            add_wrench(tree, t.other, t.other_place, f, number<S>(-1.0));
             if (!scene.contacts[t.entry].turns) continue;
             const Vec3<S> m =
                 t.axes * Vec3<S>{moments[3 * i], moments[3 * i + 1], moments[3 * i + 2]};
@@ -109,8 +109,8 @@ class Rows {
             for (int r = 0; r < held.count; ++r) p[held.select[r]] = lambda[held.row + r];
             const Vec3<S> f = ends.axes * Vec3<S>{p[0], p[1], p[2]};
             const Vec3<S> m = ends.axes * Vec3<S>{p[3], p[4], p[5]};
-            push(tree, held.frames.first.body, ends.place, f, number<S>(1.0));
-            push(tree, held.frames.other.body, ends.other_place, f, number<S>(-1.0));
+            add_wrench(tree, held.frames.first.body, ends.place, f, number<S>(1.0));
+            add_wrench(tree, held.frames.other.body, ends.other_place, f, number<S>(-1.0));
             tree.wrench[held.frames.first.body].angular += m;
             tree.wrench[held.frames.other.body].angular -= m;
         }
@@ -130,14 +130,14 @@ class Rows {
         ends.place = tree.origin[pair.first.body] + ends.arm;
         ends.other_arm = tree.rotation[pair.other.body] * vec3<S>(pair.other.point);
         ends.other_place = tree.origin[pair.other.body] + ends.other_arm;
-        if (pair.coincides) meet(tree, pair.other.body, ends);
+        if (pair.coincides) set_coincident(tree, pair.other.body, ends);
         if (pair.carrier == Carrier::first || pair.carrier == Carrier::other) {
             const Site& site = pair.carrier == Carrier::first ? pair.first : pair.other;
             ends.axes = tree.rotation[site.body] * (mat3<S>(site.axes) * ends.axes);
         } else if (pair.carrier == Carrier::line) {
-            const Vec3<S> way = ends.place - ends.other_place;
-            const S length = root(dot(way, way));
-            set_axes(ends.axes, way * (pair.axes[8] / length));
+            const Vec3<S> offset = ends.place - ends.other_place;
+            const S length = root(dot(offset, offset));
+            set_axes(ends.axes, offset * (pair.axes[8] / length));
         }
         return ends;
     }
@@ -149,7 +149,8 @@ class Rows {
   private:
     int nv() const { return scene.model->nv; }
 
-    StateRows::Point point_of(const Tree<S>& tree, const Touch<S>& t, int k, StateRows& to) const {
+    StateRows::Point point_of(const Tree<S>& tree, const ContactFrame<S>& t, int k,
+                              StateRows& to) const {
         StateRows::Point p;
         p.entry = t.entry;
         p.of_bodies = t.of_bodies;
@@ -175,16 +176,16 @@ class Rows {
 
     // Those that take part touch, whatever their gap; of a stop the nearer limit.
     void choose(const char* only, int k) {
-        for (std::size_t i = 0; i < touches.size(); ++i) {
-            Touch<S>& t = touches[i];
-            t.touches[k] =
-                only[t.entry] && (scene.contacts[t.entry].kind != Contact::shapes || t.touches[k]);
+        for (std::size_t i = 0; i < contact_frames.size(); ++i) {
+            ContactFrame<S>& t = contact_frames[i];
+            t.closed[k] =
+                only[t.entry] && (scene.contacts[t.entry].kind != Contact::shapes || t.closed[k]);
             if (i == 0 || scene.contacts[t.entry].kind != Contact::stop) continue;
-            Touch<S>& last = touches[i - 1];
+            ContactFrame<S>& last = contact_frames[i - 1];
             if (last.entry != t.entry) continue;
             const bool nearer = get(t.gap, k) < get(last.gap, k);
-            last.touches[k] = last.touches[k] && !nearer;
-            t.touches[k] = t.touches[k] && nearer;
+            last.closed[k] = last.closed[k] && !nearer;
+            t.closed[k] = t.closed[k] && nearer;
         }
     }
 
@@ -195,7 +196,7 @@ class Rows {
     }
 
     // Let the other point be that which coincides with the first.
-    static void meet(const Tree<S>& tree, int other, Ends& ends) {
+    static void set_coincident(const Tree<S>& tree, int other, Ends& ends) {
         ends.other_place = ends.place;
         ends.other_arm = ends.place - tree.origin[other];
     }
@@ -215,14 +216,14 @@ class Rows {
     }
 
     // Where a ball meets a shape, lane by lane.
-    static void meet(const Ball& ball, const Vec3<S>& centre, Vec3<S>& point, Vec3<S>& normal,
-                     S& gap) {
+    static void ball_contact(const Ball& ball, const Vec3<S>& centre, Vec3<S>& point,
+                             Vec3<S>& normal, S& gap) {
         if constexpr (lanes == 1) {
-            gap = meet_ball(ball, centre, point, normal);
+            gap = impulsekit::ball_contact(ball, centre, point, normal);
         } else {
             for (int k = 0; k < lanes; ++k) {
                 Vec3<double> own, along;
-                Number<S>::set(gap, k, meet_ball(ball, get(centre, k), own, along));
+                Number<S>::set(gap, k, impulsekit::ball_contact(ball, get(centre, k), own, along));
                 put(point, k, own);
                 put(normal, k, along);
             }
@@ -239,8 +240,8 @@ class Rows {
         Number<S>::set(to.z, k, a.z);
     }
 
-    static void push(Tree<S>& tree, int body, const Vec3<S>& place, const Vec3<S>& f,
-                     const S& sign) {
+    static void add_wrench(Tree<S>& tree, int body, const Vec3<S>& place, const Vec3<S>& f,
+                           const S& sign) {
         const Vec3<S> own = f * sign;
         tree.wrench[body] += Spatial<S>{own, cross(place - tree.origin[body], own)};
     }
@@ -282,13 +283,13 @@ class Rows {
         for (int a = own.slot; a < own.slot + own.freedoms; ++a) use(a, tree.column[a]);
     }
 
-    void hold(const Tree<S>& tree, const S* v, const GivenState* given) {
+    void add_constraints(const Tree<S>& tree, const S* v, const GivenState* given) {
         std::fill(A.begin(), A.end(), S{});
         std::fill(wider.begin(), wider.end(), number<S>(1.0));
         int function = 0;
         for (const Held& held : scene.held) {
             S* rows = A.data() + held.row * nv();
-            if (held.kind == Held::pair) hold_pair(tree, held, rows);
+            if (held.kind == Held::pair) add_pair(tree, held, rows);
             for (const Held::Term& term : held.terms)
                 rows[term.row * nv() + term.v] += number<S>(term.factor);
             if (held.kind == Held::functions) {
@@ -308,7 +309,7 @@ class Rows {
             if (held.stop >= 0) yield_to_stop(held, v);
     }
 
-    void hold_pair(const Tree<S>& tree, const Held& held, S* rows) {
+    void add_pair(const Tree<S>& tree, const Held& held, S* rows) {
         const Ends ends = ends_of(tree, held.frames);
         if (held.frames.carrier == Carrier::line) check_line(ends);
         write_six(tree, held.frames, ends);
@@ -317,7 +318,7 @@ class Rows {
             for (int i = 0; i < nv(); ++i) squares[r] += six_[r * nv() + i] * six_[r * nv() + i];
         for (int r = 0; r < held.count; ++r)
             std::copy_n(six_.begin() + held.select[r] * nv(), nv(), rows + r * nv());
-        widen(held, squares, 1e-14 * (number<S>(1.0) + root(dot(ends.place, ends.place))));
+        set_widening(held, squares, 1e-14 * (number<S>(1.0) + root(dot(ends.place, ends.place))));
     }
 
     // All six rows of a pair.
@@ -334,7 +335,7 @@ class Rows {
 
     // A vector is as long as its longest axis, held or not; of one shorter than `least` [m] only
     // rounding is left.
-    void widen(const Held& held, const S* squares, const S& least) {
+    void set_widening(const Held& held, const S* squares, const S& least) {
         for (int k = 0; k < lanes; ++k) {
             const double bars[2] = {get(least, k), 1e-14};
             double longest[2] = {}, own[2] = {};
@@ -355,28 +356,28 @@ class Rows {
     }
 
     void check_line(const Ends& ends) {
-        const Vec3<S> way = ends.place - ends.other_place;
-        const S square = dot(way, way);
+        const Vec3<S> offset = ends.place - ends.other_place;
+        const S square = dot(offset, offset);
         for (int k = 0; k < lanes; ++k)
             if (!(get(square, k) > kNoLength * kNoLength)) has_line[k] = false;
     }
 
     // A stop that turns a controlled joint back is stiffer than its control.
     void yield_to_stop(const Held& held, const S* v) {
-        for (const Touch<S>& t : touches) {
+        for (const ContactFrame<S>& t : contact_frames) {
             if (t.entry != held.stop) continue;
             const int at = scene.contacts[t.entry].v;
-            const S* own = J.data() + 3 * (&t - touches.data()) * nv();
+            const S* own = J.data() + 3 * (&t - contact_frames.data()) * nv();
             for (int k = 0; k < lanes; ++k) {
-                if (!t.touches[k] || !(get(own[2 * nv() + at], k) * get(v[at], k) < 0.0)) continue;
+                if (!t.closed[k] || !(get(own[2 * nv() + at], k) * get(v[at], k) < 0.0)) continue;
                 Number<S>::set(target[held.row], k, 0.0);
                 for (int i = 0; i < nv(); ++i) Number<S>::set(A[held.row * nv() + i], k, 0.0);
             }
         }
     }
 
-    void touch(const Tree<S>& tree, const S* q, const GivenState* given) {
-        touches.clear();
+    void add_contacts(const Tree<S>& tree, const S* q, const GivenState* given) {
+        contact_frames.clear();
         features.clear();
         J.clear();
         turning.clear();
@@ -388,43 +389,45 @@ class Rows {
                 case Contact::point: {
                     const bool varies = point < static_cast<int>(scene.points.size()) &&
                                         scene.points[point] == entry;
-                    touch_plane(tree, contact, entry, varies ? point : -1, given);
+                    add_point_contact(tree, contact, entry, varies ? point : -1, given);
                     point += varies;
                     break;
                 }
                 case Contact::rope:
-                    touch_rope(tree, contact, entry);
+                    add_rope(tree, contact, entry);
                     break;
                 case Contact::stop:
-                    touch_stop(contact, entry, q, contact.lower, 1.0);
-                    touch_stop(contact, entry, q, contact.upper, -1.0);
+                    add_stop(contact, entry, q, contact.lower, 1.0);
+                    add_stop(contact, entry, q, contact.upper, -1.0);
                     break;
                 case Contact::functions:
-                    touch_functions(entry, function++, given);
+                    add_function_contact(entry, function++, given);
                     break;
                 case Contact::ball:
-                    touch_ball(tree, contact, entry);
+                    add_ball_contact(tree, contact, entry);
                     break;
                 default:
-                    touch_shapes(tree, contact, entry, given);
+                    add_shape_contacts(tree, contact, entry, given);
             }
         }
     }
 
-    Touch<S>& new_touch(int entry) {
-        Touch<S> t;
+    ContactFrame<S>& new_contact_frame(int entry) {
+        ContactFrame<S> t;
         t.entry = entry;
-        std::fill(t.touches, t.touches + lanes, true);
-        touches.push_back(t);
-        J.resize(3 * touches.size() * nv(), S{});
+        std::fill(t.closed, t.closed + lanes, true);
+        contact_frames.push_back(t);
+        J.resize(3 * contact_frames.size() * nv(), S{});
         turning.resize(J.size(), S{});
-        return touches.back();
+        return contact_frames.back();
     }
 
-    S* last_rows(std::vector<S>& rows) { return rows.data() + 3 * (touches.size() - 1) * nv(); }
+    S* last_rows(std::vector<S>& rows) {
+        return rows.data() + 3 * (contact_frames.size() - 1) * nv();
+    }
 
-    void touch_plane(const Tree<S>& tree, const Contact& contact, int entry, int point,
-                     const GivenState* given) {
+    void add_point_contact(const Tree<S>& tree, const Contact& contact, int entry, int point,
+                           const GivenState* given) {
         Ends ends = ends_of(tree, contact.frames);
         const Site& site = contact.frames.first;
         if (point >= 0) {
@@ -433,24 +436,24 @@ class Rows {
             const Mat3<S> turn = mat3<S>(scene.model->bodies[site.body].turn);
             ends.arm = tree.rotation[site.body] * back(turn, own);
             ends.place = tree.origin[site.body] + ends.arm;
-            meet(tree, contact.frames.other.body, ends);
+            set_coincident(tree, contact.frames.other.body, ends);
         }
-        Touch<S>& t = new_touch(entry);
+        ContactFrame<S>& t = new_contact_frame(entry);
         t.axes = ends.axes;
         t.place = t.other_place = ends.place;
         t.gap = dot(ends.axes.z, ends.place - place_of(tree, contact.frames.other));
         write_pair(tree, contact, ends, true);
     }
 
-    void touch_rope(const Tree<S>& tree, const Contact& contact, int entry) {
+    void add_rope(const Tree<S>& tree, const Contact& contact, int entry) {
         const Ends ends = ends_of(tree, contact.frames);
         check_line(ends);
-        Touch<S>& t = new_touch(entry);
-        const Vec3<S> way = ends.place - ends.other_place;
+        ContactFrame<S>& t = new_contact_frame(entry);
+        const Vec3<S> offset = ends.place - ends.other_place;
         t.axes = ends.axes;
         t.place = ends.place;
         t.other_place = ends.other_place;
-        t.gap = contact.limit - root(dot(way, way));
+        t.gap = contact.limit - root(dot(offset, offset));
         close(t, contact.limit);
         write_pair(tree, contact, ends, false);
         // Nothing acts across a rope.
@@ -458,50 +461,50 @@ class Rows {
         std::fill(rows, rows + 2 * nv(), S{});
     }
 
-    void touch_stop(const Contact& contact, int entry, const S* q, double limit, double sign) {
+    void add_stop(const Contact& contact, int entry, const S* q, double limit, double sign) {
         if (std::isinf(limit)) return;
-        Touch<S>& t = new_touch(entry);
+        ContactFrame<S>& t = new_contact_frame(entry);
         t.gap = (q[contact.q] - limit) * sign;
         close(t, limit);
         last_rows(J)[2 * nv() + contact.v] = number<S>(sign);
     }
 
-    void close(Touch<S>& t, double size) const {
+    void close(ContactFrame<S>& t, double size) const {
         const double bar = kAtStop * std::max(1.0, std::abs(size));
-        for (int k = 0; k < lanes; ++k) t.touches[k] = get(t.gap, k) <= bar;
+        for (int k = 0; k < lanes; ++k) t.closed[k] = get(t.gap, k) <= bar;
     }
 
-    void touch_functions(int entry, int function, const GivenState* given) {
-        Touch<S>& t = new_touch(entry);
+    void add_function_contact(int entry, int function, const GivenState* given) {
+        ContactFrame<S>& t = new_contact_frame(entry);
         S* rows = last_rows(J);
         for (int k = 0; k < lanes; ++k) {
             const double* own = given[k].function_contacts + function * (1 + 3 * nv());
             Number<S>::set(t.gap, k, own[0]);
             for (int i = 0; i < 3 * nv(); ++i) Number<S>::set(rows[i], k, own[1 + i]);
-            t.touches[k] = own[0] <= kAtStop;
+            t.closed[k] = own[0] <= kAtStop;
         }
     }
 
-    void touch_ball(const Tree<S>& tree, const Contact& contact, int entry) {
+    void add_ball_contact(const Tree<S>& tree, const Contact& contact, int entry) {
         const Site &site = contact.frames.first, &shape = contact.frames.other;
         const Mat3<S> axes = tree.rotation[shape.body] * mat3<S>(shape.axes);
         const Vec3<S> at = place_of(tree, shape);
         const Vec3<S> centre = back(axes, place_of(tree, site) - at);
         Vec3<S> point, normal;
-        Touch<S>& t = new_touch(entry);
-        meet(contact.shape, centre, point, normal, t.gap);
-        for (int k = 0; k < lanes; ++k) t.touches[k] = get(t.gap, k) <= contact.limit;
+        ContactFrame<S>& t = new_contact_frame(entry);
+        ball_contact(contact.shape, centre, point, normal, t.gap);
+        for (int k = 0; k < lanes; ++k) t.closed[k] = get(t.gap, k) <= contact.limit;
         t.place = t.other_place = at + axes * point;
         set_axes(t.axes, axes * (normal * number<S>(contact.shape.sign)));
-        write_met(tree, contact, contact.shape.sign < 0.0);
+        write_at_contact(tree, contact, contact.shape.sign < 0.0);
     }
 
     // As many points as the lane with the most of them has.
-    void touch_shapes(const Tree<S>& tree, const Contact& contact, int entry,
-                      const GivenState* given) {
+    void add_shape_contacts(const Tree<S>& tree, const Contact& contact, int entry,
+                            const GivenState* given) {
         std::size_t most = 0;
         for (int k = 0; k < lanes; ++k) {
-            met_[k].clear();
+            found_[k].clear();
             const Placement first = placement_of(tree, contact.frames.first, k),
                             other = placement_of(tree, contact.frames.other, k);
             // What has no place meets nothing.
@@ -511,41 +514,41 @@ class Rows {
             if (given[k].features) {
                 for (const auto& [of, feature] : *given[k].features)
                     if (of == entry)
-                        met_[k].push_back(
+                        found_[k].push_back(
                             follow(feature, contact.first, first, contact.other, other));
             } else {
-                touching(contact.first, first, contact.other, other, contact.limit, met_[k]);
+                touching(contact.first, first, contact.other, other, contact.limit, found_[k]);
             }
-            most = std::max(most, met_[k].size());
+            most = std::max(most, found_[k].size());
         }
         for (std::size_t i = 0; i < most; ++i) {
-            Touch<S>& t = new_touch(entry);
+            ContactFrame<S>& t = new_contact_frame(entry);
             Vec3<S> normal;
             t.feature = static_cast<int>(features.size());
             features.resize(features.size() + lanes);
             for (int k = 0; k < lanes; ++k) {
-                t.touches[k] = i < met_[k].size();
-                if (t.touches[k]) features[t.feature + k] = met_[k][i].feature;
-                if (!t.touches[k]) put(normal, k, {0.0, 0.0, 1.0});
-                if (!t.touches[k]) continue;
-                put(t.place, k, met_[k][i].point);
-                put(normal, k, met_[k][i].normal);
-                Number<S>::set(t.gap, k, met_[k][i].gap);
+                t.closed[k] = i < found_[k].size();
+                if (t.closed[k]) features[t.feature + k] = found_[k][i].feature;
+                if (!t.closed[k]) put(normal, k, {0.0, 0.0, 1.0});
+                if (!t.closed[k]) continue;
+                put(t.place, k, found_[k][i].point);
+                put(normal, k, found_[k][i].normal);
+                Number<S>::set(t.gap, k, found_[k][i].gap);
             }
             t.other_place = t.place;
             set_axes(t.axes, normal);
-            write_met(tree, contact, false);
+            write_at_contact(tree, contact, false);
         }
     }
 
     // Rows of the last touch, where two bodies meet at its place. `swapped`: the other receives.
-    void write_met(const Tree<S>& tree, const Contact& contact, bool swapped) {
+    void write_at_contact(const Tree<S>& tree, const Contact& contact, bool swapped) {
         int first = contact.frames.first.body, other = contact.frames.other.body;
         if (swapped) std::swap(first, other);
         Ends ends;
-        ends.place = touches.back().place;
+        ends.place = contact_frames.back().place;
         ends.arm = ends.place - tree.origin[first];
-        meet(tree, other, ends);
+        set_coincident(tree, other, ends);
         write_rows(tree, contact, first, other, ends, true);
     }
 
@@ -556,7 +559,7 @@ class Rows {
 
     void write_rows(const Tree<S>& tree, const Contact& contact, int first, int other,
                     const Ends& ends, bool coincides) {
-        Touch<S>& t = touches.back();
+        ContactFrame<S>& t = contact_frames.back();
         t.of_bodies = true;
         t.first = first;
         t.other = other;
@@ -593,7 +596,7 @@ class Rows {
     }
 
     std::vector<S> six_;
-    std::vector<TouchPoint> met_[Number<S>::lanes];
+    std::vector<TouchPoint> found_[Number<S>::lanes];
 };
 
 }  // namespace impulsekit

@@ -138,7 +138,7 @@ struct StateRows {
     std::vector<double> J;     // (3 (points + turning), nv)
     std::vector<Point> points;
     std::vector<int> turning_of;                  // the points that resist turning
-    std::vector<int> touch_of;                    // (points) the touch that each is
+    std::vector<int> contact_frame_of;            // (points) the touch that each is
     int without_line = -1, without_ellipse = -1;  // an entry that has no direction here, or −1
 };
 

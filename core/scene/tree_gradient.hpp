@@ -44,7 +44,7 @@ Spatial<S> turning(const Spatial<S>& t, const Spatial<S>& f) {
 
 // Where two bodies meet: see the conventions of rows in scene.hpp. Both bodies 0 of a joint stop.
 template <typename G>
-struct Meeting {
+struct FramePairState {
     int first = 0, other = 0;
     Vec3<G> place, other_place;
     Mat3<G> axes;
@@ -92,8 +92,8 @@ class TreeGradient {
 
     // Σ F·T of the summed wrenches that meet the twists of v: the part of the parents.
     template <typename V, typename T, typename F>
-    void meet(const V* v, const std::vector<Spatial<T>>& twist,
-              const std::vector<Spatial<F>>& sums) {
+    void add_parents(const V* v, const std::vector<Spatial<T>>& twist,
+                     const std::vector<Spatial<F>>& sums) {
         for (int k = 1; k < tree_.count(); ++k) {
             const Body& body = tree_.model.bodies[k];
             if (body.parent > 0) {
@@ -106,21 +106,21 @@ class TreeGradient {
 
     // What turns the axes of a meeting, and what moves its point, summed over its forms; and what
     // turns the axes alone, of vectors that are seen from the world.
-    struct Moved {
+    struct PairGradient {
         Vec3<S> torque, pull, alone;
     };
 
     // The form f·u + m·ω of a meeting with twists of its bodies; f, m (world axes, at the point) is
     // the wrench on the first body, which the caller adds to those that meet the twists.
     template <typename T>
-    void press(const Meeting<G>& m, const Spatial<S>& force, const std::vector<Spatial<T>>& twist,
-               Moved& moved) {
+    void add_form(const FramePairState<G>& m, const Spatial<S>& force,
+                  const std::vector<Spatial<T>>& twist, PairGradient& pair) {
         const Spatial<S> a = lift<S>(twist[m.first]), b = lift<S>(twist[m.other]);
         const Vec3<S>& f = force.linear;
         const Vec3<S> va = at(a, m.first, m.place), vb = at(b, m.other, m.other_place);
         const Vec3<S> u = va - vb, w = a.angular - b.angular;
-        moved.torque += cross(f, u) + cross(force.angular, w);
-        moved.pull += cross(f, w);
+        pair.torque += cross(f, u) + cross(force.angular, w);
+        pair.pull += cross(f, w);
         Spatial<S> first{{}, cross(a.angular, force.angular) + cross(va, f)};
         Spatial<S> other{{}, -(cross(b.angular, force.angular) + cross(vb, f))};
         if (m.coincides) {
@@ -134,14 +134,14 @@ class TreeGradient {
     }
 
     // Hand on what turns and moves a meeting to the bodies that carry it.
-    void carry(const Meeting<G>& m, const Moved& moved) {
-        const Vec3<S> torque = moved.torque + moved.alone, along = cross(torque, lift<S>(m.axes.z));
+    void distribute(const FramePairState<G>& m, const PairGradient& pair) {
+        const Vec3<S> torque = pair.torque + pair.alone, along = cross(torque, lift<S>(m.axes.z));
         if (m.ball != 0) {
             const int ball = m.ball > 0 ? m.first : m.other, shape = m.ball > 0 ? m.other : m.first;
-            const Vec3<S> h = back(lift<S>(m.point_by_centre), moved.pull) +
+            const Vec3<S> h = back(lift<S>(m.point_by_centre), pair.pull) +
                               back(lift<S>(m.normal_by_centre), along);
             add(ball, m.centre, {h, {}});
-            add(shape, m.centre, {-h, moved.alone});
+            add(shape, m.centre, {-h, pair.alone});
             return;
         }
         if (m.carrier == Carrier::line) {
@@ -150,13 +150,13 @@ class TreeGradient {
             add(m.first, m.place, {pull, {}});
             add(m.other, m.other_place, {-pull, {}});
         }
-        if (m.coincides) add(m.first, m.place, {moved.pull, {}});
+        if (m.coincides) add(m.first, m.place, {pair.pull, {}});
         if (m.carrier == Carrier::first) local_[m.first].angular += torque;
         if (m.carrier == Carrier::other) local_[m.other].angular += torque;
     }
 
     // Relative velocity and angular velocity of a meeting.
-    Spatial<S> between(const Meeting<G>& m, const Twists& twist) const {
+    Spatial<S> relative_twist(const FramePairState<G>& m, const Twists& twist) const {
         const Spatial<S>&a = twist[m.first], &b = twist[m.other];
         return {at(a, m.first, m.place) - at(b, m.other, m.other_place), a.angular - b.angular};
     }

@@ -55,7 +55,7 @@ struct Inertia {
 
 // About the point from which its own stands at an arm r: I + 2 g·r 1 − g rᵀ − r gᵀ, g = h + m r/2.
 template <typename S>
-Inertia<S> moved(const Inertia<S>& a, const Vec3<S>& r) {
+Inertia<S> shifted_to(const Inertia<S>& a, const Vec3<S>& r) {
     const Vec3<S> half = r * (0.5 * a.mass), g = a.moment + half;
     const S x = g.x * r.x, y = g.y * r.y, z = g.z * r.z;
     const Sym3<S> more{2.0 * (y + z), -(g.x * r.y + g.y * r.x), -(g.x * r.z + g.z * r.x),
@@ -247,7 +247,7 @@ struct Tree {
                 }
             }
             if (body.parent > 0) {
-                const Inertia<S> shifted = moved(gathered[k], arm[k]);
+                const Inertia<S> shifted = shifted_to(gathered[k], arm[k]);
                 Inertia<S>& above = gathered[body.parent];
                 above.mass += shifted.mass;
                 above.moment += shifted.moment;

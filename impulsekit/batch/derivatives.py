@@ -214,7 +214,7 @@ def vjp(
 
 
 def _inputs(scene: Scene, q: Any, v: Any, by: Sequence[str], varied: dict[str, Any]) -> BatchInputs:
-    """Return the inputs of a batch, with factors on the masses if derivatives by these are wanted.
+    """Return the inputs of a batch, with factors on masses if derivatives by these are asked for.
 
     Raises:
         UnknownNameError: no such parameter, or argument. InputError: what has no derivatives.

@@ -205,7 +205,7 @@ class LongImpact:
         self._turns = places[:, :9].reshape(-1, 3, 3)
         struck, wrenches, kicks = self._acting(impulses)
         bodies = of_core[struck].astype(np.intc)
-        self.dv, twists, reactions = core.strike(q, v, kicks, bodies, wrenches)
+        self.dv, twists, reactions = core.apply_impulses(q, v, kicks, bodies, wrenches)
         self.v_after = v + self.dv
         self.twists_after = twists.reshape(-1, 6)[of_core - 1]
         self.reactions = reactions.reshape(-1, 6)[of_core - 1]

@@ -55,7 +55,7 @@ class Response:
         if not self.scene.constraints:
             refuse_massless(self.robot, self.robot.joint_names)
             return self._loose
-        free = mechanics.held_mass.off_held(unit).reshape(unit.shape)
+        free = mechanics.constrained_mass.project_out(unit).reshape(unit.shape)
         return free @ free.T
 
     def point_mobility(self, jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,7 @@ class Response:
     def _loose(self) -> np.ndarray:
         """(nv, nv) of the size of H, where no rows take anything away."""
         unit = np.eye(self.robot.nv)
-        root = self.mechanics.held_mass.half(unit).reshape(unit.shape)
+        root = self.mechanics.constrained_mass.half(unit).reshape(unit.shape)
         return root @ root.T
 
     def point_jacobian(self, frame: str, at: Any) -> np.ndarray:

@@ -66,7 +66,7 @@ def freed_joint(impact: Impact, joint: str) -> FreedJoint:
         joint: a moving joint of the robot.
 
     Raises:
-        UnknownNameError: there is no such joint.
+        UnknownNameError: the robot has no such joint.
         InputError: the robot has joints that mimic others.
 
     Example:

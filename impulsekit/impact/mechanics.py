@@ -13,11 +13,11 @@ from ..robot.model_checks import check_capacity
 from ..rows.entries import Site
 from ..scene import AppliedImpulse
 from ..scene.scene import ThreadCache
+from .constrained_mass import Responses, constrained_mass
 from .flat.scene import flat_of
-from .held_mass import Responses, held_mass
 
 if TYPE_CHECKING:
-    from .._core import HeldMass, StateRows
+    from .._core import ConstrainedMass, StateRows
     from ..scene import Scene
     from .flat.scene import FlatScene
 
@@ -111,17 +111,19 @@ class Mechanics:
         )
 
     @cached_property
-    def held_mass(self) -> HeldMass:
+    def constrained_mass(self) -> ConstrainedMass:
         """M under the bilateral rows, filled up by them where it is singular without.
 
         Raises:
             SingularMassError: they do not make up for what M lacks.
         """
-        return held_mass(self.model, self.flat, self.mass_matrix, self._rows.A, self._rows.wider)
+        return constrained_mass(
+            self.model, self.flat, self.mass_matrix, self._rows.A, self._rows.wider
+        )
 
     def responses(self, points: np.ndarray) -> Responses:
         """Return responses to unit impulses on points' rows (3n, nv) under the bilateral rows."""
-        return Responses.of(self.held_mass, points)
+        return Responses.of(self.constrained_mass, points)
 
     def carried_energy(self, v: np.ndarray) -> np.ndarray:
         """(nv,) twice the kinetic energy of what hangs on each degree of freedom's joint [J].

@@ -154,7 +154,7 @@ def only_contacts(
     ``margins``: of these, up to which gap bodies that collide are to count as touching [m].
 
     Raises:
-        UnknownNameError: there is no such contact.
+        UnknownNameError: the scene has no such contact.
     """
     from ..errors import UnknownNameError
 

@@ -37,7 +37,7 @@ def columns_of_bag(
 
     Raises:
         MissingExtraError: rosbags is not installed.
-        FileError: there is no such bag.
+        FileError: the bag does not exist.
         UnknownNameError: it has no such topic.
         InputError: it has no topic of poses or joint states, or more than one.
     """

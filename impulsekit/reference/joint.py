@@ -29,7 +29,7 @@ from impulsekit.reference import rotation
 from impulsekit.reference.arithmetic import Arithmetic, Array, read_only
 
 WORLD = -1
-"""The index that stands for the inertial frame R where a body's index is wanted."""
+"""The index that stands for the inertial frame R where a body's index is expected."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,7 +50,7 @@ def _text(urdf: str | os.PathLike[str]) -> tuple[bytes, str]:
     try:
         return path.read_bytes(), str(path)
     except OSError as fault:
-        reason = "there is no such file" if not path.exists() else str(fault)
+        reason = "no such file" if not path.exists() else str(fault)
         raise _error(str(path), "file", reason) from None
 
 

@@ -156,7 +156,7 @@ class RobotBase(Displayed):
         A link that moves and is called "world" in its file goes by "world_link".
 
         Raises:
-            UnknownNameError: there is no such frame; ``where`` begins the sentence.
+            UnknownNameError: the robot has no such frame; ``where`` begins the sentence.
         """
         try:
             return self._frame_ids[name]
@@ -168,7 +168,7 @@ class RobotBase(Displayed):
         """Return the index of a moving joint by name.
 
         Raises:
-            UnknownNameError: there is no such joint; ``where`` begins the sentence.
+            UnknownNameError: the robot has no such joint; ``where`` begins the sentence.
         """
         try:
             return self._joint_ids[name]

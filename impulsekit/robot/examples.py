@@ -141,7 +141,7 @@ def example_path(name: str) -> pathlib.Path:
     """Return the URDF file behind a name.
 
     Raises:
-        UnknownNameError: there is no such robot; it carries the nearest names.
+        UnknownNameError: the name is unknown; it carries the nearest names.
         UrdfError: the package has the robot, but not as a URDF.
     """
     try:

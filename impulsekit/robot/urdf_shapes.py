@@ -121,7 +121,7 @@ def mesh_path(filename: str, folders: Sequence[str], place: Place) -> str:
     likewise; an absolute one has to lie in one of them.
 
     Raises:
-        UrdfError: there is no such file, or it lies outside, as does what a symbolic link out of
+        UrdfError: the file does not exist, or it lies outside, as does what a symbolic link out of
             the folders leads to.
     """
     if not filename:

@@ -100,7 +100,7 @@ def _collision(pair: TouchingPair, restitution: float, *, turning: bool) -> Coll
 
 
 def forces_of_file(robot: Robot, *, damping: bool, friction: bool) -> list[Force]:
-    """Return the damping and the dry friction of a robot's joints, as far as they are wanted."""
+    """Return the damping and the dry friction of a robot's joints, as far as they are asked for."""
     found: list[Force] = []
     if damping:
         damped = _by_joint(robot, robot.model.damping)

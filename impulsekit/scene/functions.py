@@ -61,7 +61,7 @@ def numbers_from(
     Args:
         function: the user's.
         what: the entry and the field, for errors.
-        size: how many numbers are wanted.
+        size: how many numbers are expected.
         *arguments: of the function.
         infinite: whether infinite ones may pass.
 

@@ -59,7 +59,7 @@ class SceneFile(OneLine):
         points: points whose velocity a report prints.
         motion: how the motion after the impact is followed; None where the file has no
             table [motion].
-        design: points whose impact design measures are wanted.
+        design: points whose impact design measures are asked for.
     """
 
     path: str

@@ -46,7 +46,7 @@ def dump_scene(
         v: (nv,) velocity before the impact; zero unless given.
         points: points whose velocity a report prints.
         motion: how the motion after the impact is followed.
-        design: points whose impact design measures are wanted.
+        design: points whose impact design measures are asked for.
         folder: where the file will be; paths are written relative to it, else absolute.
 
     Raises:

@@ -85,7 +85,7 @@ def test_a_scene_is_not_changed_while_a_batch_reads_it(solo):
     flats = []
 
     def of_speed(speed):
-        for change in (lambda: flats[0].touch_stop(7, 6, 0.0, 1.0), lambda: add_kick(flats[0], 6)):
+        for change in (lambda: flats[0].add_stop(7, 6, 0.0, 1.0), lambda: add_kick(flats[0], 6)):
             with pytest.raises(ValueError, match="batch that runs now"):
                 change()
         return 0.5

@@ -48,7 +48,7 @@ def test_what_would_have_to_be_copied_is_refused(name, array):
 
 def test_a_mass_of_no_degrees_of_freedom_takes_no_vectors():
     empty = np.zeros((0, 0))
-    mass = _core.HeldMass(empty, [], empty, [], None)
+    mass = _core.ConstrainedMass(empty, [], empty, [], None)
     assert mass.solve(np.zeros((0, 0))).size == 0
     with pytest.raises(ValueError, match="degrees of freedom"):
         mass.solve(np.ones((2, 3)))

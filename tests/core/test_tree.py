@@ -65,7 +65,7 @@ def hold_up(model, q, v, rng, responds=True):
         jacobian = pin.computeJointJacobian(model, data, q, joint_id).reshape(6, nv)
         total += jacobian.T @ wrenches[joint_id - 1]
     bodies = np.array(flat.bodies[1:], dtype=np.intc)
-    dv, *found = flat.core.strike(q, v, impulse, bodies, wrenches.ravel())
+    dv, *found = flat.core.apply_impulses(q, v, impulse, bodies, wrenches.ravel())
     size = np.abs(total).max() + (np.abs(masses) @ np.abs(dv)).max()
     assert off(masses @ dv, total, size) < EXACT
     twists, reactions = (x.reshape(-1, 6)[bodies - 1] for x in found)

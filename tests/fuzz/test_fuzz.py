@@ -43,4 +43,4 @@ def test_words_that_give_away_too_much_are_faults():
     for words in (SECRET, "a\x1b[31m", "at 0x7f Traceback (most recent", "x" * 10**5, ""):
         with pytest.raises(Fault):
             target._examine_words(words)
-    target._examine_words("robot.urdf: there is no such file")
+    target._examine_words("robot.urdf: no such file")

@@ -193,6 +193,6 @@ class Derivatives(Displayed):
         then I_xx, I_xy, I_yy, I_xz, I_yz, I_zz about the joint's origin, in its frame.
 
         Raises:
-            UnknownNameError: there is no such joint.
+            UnknownNameError: the robot has no such joint.
         """
         return read_only(self._by_inertia(self.impact.scene.robot.joint_id(joint)))

@@ -228,9 +228,9 @@ class Flattening:
         count = len(said.labels)
         if isinstance(said, FramePair):
             first, other, coincides, carrier, axes = self._pair(said)
-            self._core.hold_pair(first, other, coincides, carrier, axes, list(said.select))
+            self._core.add_pair(first, other, coincides, carrier, axes, list(said.select))
         elif isinstance(said, FunctionRows):
-            self._core.hold_functions(count)
+            self._core.add_function_rows(count)
             self._functions.append(said)
         else:
             idx_vs = self._robot.model.idx_vs
@@ -240,7 +240,7 @@ class Flattening:
                 for joint, degree, factor in parts
             ]
             stop = self._own_stop(said) if is_control else -1
-            self._core.hold_speeds(count, terms, stop)
+            self._core.add_speed_rows(count, terms, stop)
             if said.whole_joint:
                 return [v for _, v, _ in terms]
         return [-1] * count
@@ -269,22 +269,22 @@ class Flattening:
         core, robot = self._core, self._robot
         if isinstance(entry, JointStop):
             joint = robot.model.joints[robot.joint_id(entry.joint)]
-            core.touch_stop(joint.idx_q, joint.idx_v, *entry.limits(robot))
+            core.add_stop(joint.idx_q, joint.idx_v, *entry.limits(robot))
             return NO_ENDS
         if isinstance(entry, GapContact):
-            core.touch_functions()
+            core.add_function_contact()
             self._contact_functions.append(FunctionRows(robot, entry))
             return NO_ENDS
         if isinstance(entry, Collision):
-            return self._touch_bodies(entry, index)
+            return self._add_body_contact(entry, index)
         said = rows_of_entry(robot, entry)
         if not isinstance(said, FramePair):
             raise TypeError(type(entry).__name__)
         first, other, _, carrier, axes = self._pair(said)
         if isinstance(entry, Rope):
-            core.touch_rope(first, other, axes, entry.length)
+            core.add_rope(first, other, axes, entry.length)
         else:
-            core.touch_plane(first, other, carrier, axes, turns(entry))
+            core.add_point_contact(first, other, carrier, axes, turns(entry))
             self._rub(entry, robot.model.frames[robot.frame_id(entry.against)])
         ends = said.first, said.other
         return (ends[0].joint_id, ends[1].joint_id), (ends[0].frame_id, ends[1].frame_id)
@@ -295,7 +295,7 @@ class Flattening:
             body = self._model.bodies[touched.parentJoint]
             self._core.set_ellipse(body, touched.placement.rotation.dot(entry.friction.along))
 
-    def _touch_bodies(self, entry: Collision, index: int) -> Ends:
+    def _add_body_contact(self, entry: Collision, index: int) -> Ends:
         from ...robot.geometry import geometry_ids
         from ...rows.bodies import bodies_of
 
@@ -307,14 +307,14 @@ class Flattening:
         if ball is None:
             one, two = ((self._model.bodies[body.joint_id], np.eye(4, 3).ravel()) for body in both)
             shapes = [body.shapes for body in both]
-            self._core.touch_bodies(one, two, bodies.margin, turns(entry), None, *shapes)
+            self._core.add_body_contact(one, two, bodies.margin, turns(entry), None, *shapes)
             self._shaped.append(index)
         else:
             one, two = (
                 (self._model.bodies[piece.parentJoint], place_numbers(piece.placement))
                 for piece in (pieces if ball[3] > 0.0 else pieces[::-1])
             )
-            self._core.touch_bodies(one, two, bodies.margin, turns(entry), ball, [], [])
+            self._core.add_body_contact(one, two, bodies.margin, turns(entry), ball, [], [])
         self._rub(entry, robot.model.frames[both[1].frame_id])
         return (both[0].joint_id, both[1].joint_id), (both[0].frame_id, both[1].frame_id)
 

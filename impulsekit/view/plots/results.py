@@ -185,7 +185,7 @@ def loss_curve(fit: MotionFit, name: str, ax: Axes | None = None) -> Axes:
         ax: where to draw; a new figure if None.
 
     Raises:
-        UnknownNameError: there is no such parameter.
+        UnknownNameError: the parameter is unknown.
         MissingExtraError: matplotlib is not installed.
 
     Example:

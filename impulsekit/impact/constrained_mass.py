@@ -11,25 +11,25 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from .._core import HeldMass
+from .._core import ConstrainedMass
 from .singular import singular_joints, singular_mass
 
 if TYPE_CHECKING:
     from .flat.scene import FlatScene
 
-__all__ = ["CONTRADICTION", "Responses", "held_mass"]
+__all__ = ["CONTRADICTION", "Responses", "constrained_mass"]
 
 # What dependent rows may disagree by, relative to the velocities they speak of.
 CONTRADICTION = 1e-6
 
 
-def held_mass(
+def constrained_mass(
     model: pin.Model,
     flat: FlatScene,
     masses: np.ndarray,
     rows: np.ndarray,
     wider: np.ndarray | None = None,
-) -> HeldMass:
+) -> ConstrainedMass:
     """M (nv, nv) factored under bilateral rows A (m, nv) of a scene.
 
     ``wider``: (m,) by how much each vector is longer than its longest row; None for 1.
@@ -37,7 +37,7 @@ def held_mass(
     Raises:
         SingularMassError: M is singular, and the rows do not make up for what it lacks.
     """
-    found = HeldMass(
+    found = ConstrainedMass(
         np.ascontiguousarray(masses), flat.model.core.parents, np.ascontiguousarray(rows),
         list(flat.vectors), wider,
     )  # fmt: skip
@@ -51,23 +51,23 @@ class Responses(NamedTuple):
     """Responses to unit impulses on points under bilateral constraints.
 
     Attributes:
-        moved: (nv, 3n) Δv.
-        borne: (m, 3n) λ.
+        velocity_changes: (nv, 3n) Δv.
+        multipliers: (m, 3n) λ.
         delassus: (3n, 3n) W [1/kg].
     """
 
-    moved: np.ndarray
-    borne: np.ndarray
+    velocity_changes: np.ndarray
+    multipliers: np.ndarray
     delassus: np.ndarray
 
     @classmethod
-    def of(cls, held: HeldMass, points: np.ndarray) -> Responses:
+    def of(cls, held: ConstrainedMass, points: np.ndarray) -> Responses:
         """The responses to impulses on points' rows (3n, nv)."""
         count, nv = points.shape
-        moved, borne, delassus = held.respond(np.ascontiguousarray(points))
-        size = len(borne) // max(count, 1)
+        velocity_changes, multipliers, delassus = held.respond(np.ascontiguousarray(points))
+        size = len(multipliers) // max(count, 1)
         return cls(
-            moved.reshape(count, nv).T,
-            borne.reshape(count, size).T,
+            velocity_changes.reshape(count, nv).T,
+            multipliers.reshape(count, size).T,
             delassus.reshape(count, count),
         )
