@@ -74,6 +74,10 @@ CLAIMS = {
         "np.all(abs(fit.values - [0.82, 0.27]) < 3 * np.sqrt(np.diag(fit.covariance)))",
         "0.8 < fit.residuals.std() < 1.2",
     ),
+    "explanation/method.md": (
+        "problem.residual(found.impulses) < 1e-12",
+        "np.allclose(found.v_after, ik.solve(scene, q, v).v_after, atol=1e-13)",
+    ),
     "howto/mujoco.md": (
         "all(abs(hit.separation[0] - 0.8 * hit.approach[0]) < 1e-12 for hit in hits)",
     ),
