@@ -61,7 +61,8 @@ class SceneProblem(OneLine):
         velocity_before, velocity_free: (r,) u⁻ = J v⁻; u_free with the known impulses and the
             constraints, but without the contacts' impulses.
         law: by which ``solve`` decides.
-        coefficients: of the points, as the law takes them.
+        coefficients: of the points, as the law takes them; ``models``: friction that is more
+            than numbers.
     """
 
     mass_matrix: np.ndarray
@@ -78,7 +79,7 @@ class SceneProblem(OneLine):
     velocity_free: np.ndarray
     law: Law
     coefficients: LawProblem
-    _models: tuple[Any, ...] = ()
+    models: tuple[Any, ...] = ()
 
     def __repr__(self) -> str:
         return (
@@ -93,7 +94,7 @@ class SceneProblem(OneLine):
             InputError: the law does not accept the contacts.
         """
         own = self.law if law is None else law
-        found = solve_contacts(self.coefficients, own, self._models) if len(self.names) else None
+        found = solve_contacts(self.coefficients, own, self.models) if len(self.names) else None
         P = np.zeros(len(self.jacobian)) if found is None else found.impulse
         dv, multipliers = _respond(
             self.mass_matrix, self.constraint_matrix,
@@ -184,10 +185,22 @@ def contact_problem(scene: Scene, q: ArrayLike, v: ArrayLike) -> SceneProblem:
     before = J @ v
     law_problem, models = _coefficients(scene, points, names, before, W, J @ (v + free))
     return SceneProblem(
-        *map(read_only, (masses, impulse, v, A, target)), held, read_only(J), names,
-        read_only(axes), read_only(law_problem.delassus), read_only(before),
-        read_only(law_problem.velocity_free), scene.law, law_problem, models,
-    )  # fmt: skip
+        mass_matrix=read_only(masses),
+        generalized_impulse=read_only(impulse),
+        velocity=read_only(v),
+        constraint_matrix=read_only(A),
+        constraint_target=read_only(target),
+        constraint_names=held,
+        jacobian=read_only(J),
+        names=names,
+        axes=read_only(axes),
+        delassus=read_only(law_problem.delassus),
+        velocity_before=read_only(before),
+        velocity_free=read_only(law_problem.velocity_free),
+        law=scene.law,
+        coefficients=law_problem,
+        models=models,
+    )
 
 
 def _site_jacobian(model: pin.Model, data: pin.Data, site: Site, at: np.ndarray) -> np.ndarray:
