@@ -99,7 +99,7 @@ def _wrong_call(
 
 
 def _in_words(reason: str) -> str:
-    """What ``inspect`` says of arguments that do not fit, for somebody who only calls."""
+    """Return the sentence of ``inspect`` on arguments that do not fit, in the caller's words."""
     name = reason.rpartition("'")[0].rpartition("'")[2]
     if "missing" in reason:
         return f'argument "{name}" is missing'

@@ -358,7 +358,7 @@ def _coefficients(
 
 
 def _natural_map(problem: LawProblem, P: np.ndarray) -> float:
-    """How far P is from its projection after a step against ξ, relative to the terms."""
+    """Return the distance of P from its projection after a step against ξ, over the terms."""
     if problem.turning is not None:
         raise InputError("residual: not for contacts that resist rolling or spin; see solve()")
     W, n = problem.delassus, len(problem.friction)

@@ -67,7 +67,7 @@ def begin(
     if not largest < HUGE:
         raise RangeError.of("velocity v: its largest entry", largest, f"below {HUGE:g}")
     if any(isinstance(getattr(c, "friction", 0.0), EllipticFriction) for c in scene.contacts):
-        # An axis of friction along a normal is told.
+        # An axis of friction along a normal is an error.
         flat_motion(scene).flat.rows(q, v)
     touching = core.touching_at_start()
     _refuse_penetration(scene, touching)

@@ -83,7 +83,7 @@ def _body(robot: Robot, name: str) -> _Body:
 
 
 def _depth(one: _Body, at: pin.SE3, two: _Body, there: pin.SE3) -> float:
-    """How deep two bodies overlap [m]; 0 where they do not."""
+    """Return the depth to which two bodies overlap [m]; 0 where they do not."""
     points = touching_points(one.shapes, place_numbers(at), two.shapes, place_numbers(there), 0.0)
     return max((-point.gap for point in points), default=0.0)
 

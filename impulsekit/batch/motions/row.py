@@ -134,7 +134,7 @@ def row_without(
 
 
 def _kept(followed: Followed, status: MotionStatus, times: np.ndarray) -> RowResult:
-    """What is kept of a motion that was followed as far as it goes."""
+    """Return the row of a motion that was followed as far as it goes."""
     robot, core, t = followed.scene.robot, followed.core, followed.core.t
     count = len(times) if t >= times[-1] else int(np.searchsorted(times, t, side="right"))
     end = np.concatenate(followed.state(t))
