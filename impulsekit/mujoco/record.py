@@ -82,6 +82,11 @@ class StepImpact(Displayed):
         """(n, 3) of the contacts [m], world axes."""
         return read_only(self.parts.positions)
 
+    @property
+    def normals(self) -> np.ndarray:
+        """(n, 3) unit normals from the first geom to the second, world axes."""
+        return read_only(self.parts.frames[:, :3])
+
     @cached_property
     def impulses(self) -> np.ndarray:
         """(n, 3) what the second geom receives [N s], world axes."""
@@ -122,7 +127,10 @@ class StepImpact(Displayed):
 
     @cached_property
     def energy_change(self) -> float:
-        """The change of the kinetic energy [J]."""
+        """The change of the kinetic energy [J].
+
+        It holds the work of equalities that moved before the impact, as MuJoCo's soft ones may.
+        """
         return float((self.parts.mass @ self.dv) @ (self.qvel + 0.5 * self.dv))
 
     @cached_property
