@@ -27,7 +27,7 @@ GROUPS = {
     ),
     "Balls": (
         "bouncing_ball.toml", "dropped_ball.toml", "billiard.toml", "billiard_sequential.toml",
-        "newtons_cradle.py",
+        "newtons_cradle.py", "hopper_to_target.py",
     ),
     "Arms and hands": (
         "thrown_ball.toml", "replay_thrown_ball.py", "panda_ball.toml", "caught_ball.toml",

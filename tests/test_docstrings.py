@@ -19,7 +19,7 @@ MODULES = sorted(
 @pytest.mark.parametrize("name", MODULES)
 def test_examples_in_docstrings(name, monkeypatch):
     monkeypatch.chdir(ROOT)
-    needs = {"torch": "torch", "jax": "jax", "rl": "torch", "mujoco": "mujoco"}
+    needs = {"torch": "torch", "jax": "jax", "rl": "torch", "casadi": "casadi", "mujoco": "mujoco"}
     if name.split(".")[1] in needs:
         pytest.importorskip(needs[name.split(".")[1]])
     assert doctest.testmod(importlib.import_module(name)).failed == 0
