@@ -22,19 +22,19 @@ constexpr int kMemory = 4;
 // in units of the largest: then P and ξ have one unit, and the natural map has no parameter.
 struct System {
     int rows = 0, contacts = 0, groups = 0;
-    double* A = nullptr;         // (rows, rows)
-    double* b = nullptr;         // (rows)
-    int* source = nullptr;       // (rows) row of the given problem
-    double* unit = nullptr;      // (rows) P_given = unit · P · velocity
-    double* give = nullptr;      // (rows) the largest mobility in any direction of a group
-    int* normal = nullptr;       // (contacts)
-    int* owner = nullptr;        // (contacts) number of the given contact
-    double* floor = nullptr;     // (contacts)
-    double* adhesion = nullptr;  // (contacts)
-    int* first = nullptr;        // (groups)
-    int* size = nullptr;         // (groups)
-    int* contact = nullptr;      // (groups)
-    double* friction = nullptr;  // (groups)
+    double* A = nullptr;               // (rows, rows)
+    double* b = nullptr;               // (rows)
+    int* source = nullptr;             // (rows) row of the given problem
+    double* unit = nullptr;            // (rows) P_given = unit · P · velocity
+    double* mobility_ratio = nullptr;  // (rows) the largest mobility in any direction of a group
+    int* normal = nullptr;             // (contacts)
+    int* owner = nullptr;              // (contacts) number of the given contact
+    double* floor = nullptr;           // (contacts)
+    double* adhesion = nullptr;        // (contacts)
+    int* first = nullptr;              // (groups)
+    int* size = nullptr;               // (groups)
+    int* contact = nullptr;            // (groups)
+    double* friction = nullptr;        // (groups)
     double velocity = 1.0;
     bool blocked = false;
 };
@@ -66,7 +66,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
     const int n = static_cast<int>(cones.normal.size()), g = static_cast<int>(cones.first.size());
     s.source = arena.allocate_int(rows);
     s.unit = arena.allocate(rows);
-    s.give = arena.allocate(rows);
+    s.mobility_ratio = arena.allocate(rows);
     s.normal = arena.allocate_int(n);
     s.owner = arena.allocate_int(n);
     s.floor = arena.allocate(n);
@@ -90,7 +90,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
         s.owner[s.contacts] = i;
         s.normal[s.contacts++] = s.rows;
         s.source[s.rows] = r;
-        s.give[s.rows] = 1.0;
+        s.mobility_ratio[s.rows] = 1.0;
         s.unit[s.rows++] = 1.0 / std::sqrt(own);
     }
     for (int k = 0; k < g; ++k) {
@@ -111,7 +111,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
         const double most = count == 2 ? largest_mobility(W, rows, kept[0], kept[1]) : own;
         for (int j = 0; j < count; ++j) {
             s.source[s.rows] = kept[j];
-            s.give[s.rows] = own > 0.0 ? most / own : 1.0;
+            s.mobility_ratio[s.rows] = own > 0.0 ? most / own : 1.0;
             s.unit[s.rows++] = unit;
         }
     }
@@ -149,7 +149,7 @@ double radius_of(const System& s, int group, const double* P, const double* xi) 
 }
 
 // F of the natural map (Alart & Curnier 1991): P − Π(P − ξ), zero where P obeys the law.
-void natural_map(const System& s, const double* P, const double* xi, double* F) {
+void natural_map_residual(const System& s, const double* P, const double* xi, double* F) {
     for (int c = 0; c < s.contacts; ++c) {
         int r = s.normal[c];
         F[r] = P[r] - std::max(s.floor[c], P[r] - xi[r]);
@@ -165,8 +165,8 @@ void natural_map(const System& s, const double* P, const double* xi, double* F) 
 }
 
 // A derivative of F by P, with `A` the matrix of ξ.
-void natural_map_derivative(const System& s, const double* A, const double* P, const double* xi,
-                            double* J) {
+void natural_map_jacobian(const System& s, const double* A, const double* P, const double* xi,
+                          double* J) {
     const int m = s.rows;
     for (int c = 0; c < s.contacts; ++c) {
         int r = s.normal[c];
@@ -219,7 +219,7 @@ double residual_of(const System& s, const double* P, Arena& arena) {
     double* xi = arena.allocate(s.rows);
     double* F = arena.allocate(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
-    natural_map(s, P, xi, F);
+    natural_map_residual(s, P, xi, F);
     return largest(F, s.rows);
 }
 
@@ -236,7 +236,7 @@ bool newton(const System& s, const double* A, double* P, int& steps, Arena& aren
     std::fill(recent, recent + kMemory, INFINITY);
     auto evaluate = [&](const double* x) {
         multiply(A, m, x, s.b, xi);
-        natural_map(s, x, xi, F);
+        natural_map_residual(s, x, xi, F);
         return dot(F, F, m);
     };
     double norm = evaluate(P), least = norm;
@@ -246,7 +246,7 @@ bool newton(const System& s, const double* A, double* P, int& steps, Arena& aren
         double size = std::max(1.0, largest(P, m));
         poll(m, m, 1 + kHalvings);
         if (norm <= tolerance::rounding * tolerance::rounding * size * size) break;
-        natural_map_derivative(s, A, P, xi, J);
+        natural_map_jacobian(s, A, P, xi, J);
         if (!factor_lu(J, m, pivot)) break;
         for (int i = 0; i < m; ++i) step[i] = -F[i];
         solve_lu(J, pivot, m, step);
@@ -279,7 +279,7 @@ bool newton(const System& s, const double* A, double* P, int& steps, Arena& aren
 // Gauss-Seidel over normals and groups, each in turn onto its cone.
 void sweep(const System& s, const double* A, double* P, int count) {
     const int m = s.rows;
-    auto group = [&](int k) {
+    auto project_to_coulomb_cone = [&](int k) {
         const int f = s.first[k], size = s.size[k], c = s.contact[k];
         double trial[2], mobility = 0.0;
         for (int j = 0; j < size; ++j) mobility += A[(f + j) * m + f + j];
@@ -298,13 +298,13 @@ void sweep(const System& s, const double* A, double* P, int count) {
             double xi = s.b[r] + dot(A + r * m, P, m);
             P[r] = std::max(s.floor[c], P[r] - xi / A[r * m + r]);
         }
-        for (int k = 0; k < s.groups; ++k) group(k);
+        for (int k = 0; k < s.groups; ++k) project_to_coulomb_cone(k);
     }
 }
 
 void add_to_diagonal(const System& s, double compliance, double* A) {
     std::copy(s.A, s.A + s.rows * s.rows, A);
-    for (int i = 0; i < s.rows; ++i) A[i * s.rows + i] += compliance * s.give[i];
+    for (int i = 0; i < s.rows; ++i) A[i * s.rows + i] += compliance * s.mobility_ratio[i];
 }
 
 // Newton's method, and where it stalls again from what proximal steps or sweeps come to: a
@@ -359,7 +359,7 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     // Where redundant rows contradict each other a smaller compliance tells sooner which gives way.
     double compliance = tolerance::compliance;
     for (int count = 0; count < kProximalSteps; ++count, compliance *= 0.1) {
-        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * s.give[i] * P[i];
+        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * s.mobility_ratio[i] * P[i];
         add_to_diagonal(s, compliance, soft);
         solved = solve_from(step, soft, P, steps, arena);
         if (residual_of(s, P, arena) <= tolerance::rounding * m) break;
@@ -450,15 +450,15 @@ bool is_infeasible(const double* W, int rows, const double* b, double scale, con
     bare.floor.assign(cones.normal.size(), 0.0);
     bare.adhesion = bare.floor;
     const System s = build_system(W, rows, b, scale, bare, arena);
-    double *d = arena.allocate(s.rows), *moved = arena.allocate(s.rows),
+    double *d = arena.allocate(s.rows), *velocity = arena.allocate(s.rows),
            *soft = arena.allocate(s.rows, s.rows);
     int steps = 0;
     add_to_diagonal(s, 1.0 / (kBeyond * kBeyond), soft);
     solve_from(s, soft, d, steps, arena);
     for (int i = 0; i < s.rows; ++i) d[i] = std::max(d[i], 0.0);
     const double size = largest(d, s.rows);
-    for (int i = 0; i < s.rows; ++i) moved[i] = dot(s.A + i * s.rows, d, s.rows) / size;
-    return size > kBeyond && -dot(d, s.b, s.rows) / size > kBeyond * largest(moved, s.rows);
+    for (int i = 0; i < s.rows; ++i) velocity[i] = dot(s.A + i * s.rows, d, s.rows) / size;
+    return size > kBeyond && -dot(d, s.b, s.rows) / size > kBeyond * largest(velocity, s.rows);
 }
 
 // P in the units that were given; what is at its floor to the last digit.

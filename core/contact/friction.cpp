@@ -16,17 +16,17 @@ constexpr int kSteps = 60;
 constexpr double kNoSlip = 1e-12;
 
 // The problem in units in which ellipses are circles.
-class Rounded {
+class EllipticTransform {
   public:
-    explicit Rounded(const ContactProblem& problem)
-        : given_(problem), own_(problem), rows_(problem.rows()), ways_(rows_ * rows_, 0.0) {
-        for (int r = 0; r < rows_; ++r) ways_[r * rows_ + r] = 1.0;
+    explicit EllipticTransform(const ContactProblem& problem)
+        : given_(problem), own_(problem), rows_(problem.rows()), axes_(rows_ * rows_, 0.0) {
+        for (int r = 0; r < rows_; ++r) axes_[r * rows_ + r] = 1.0;
         bool any = false;
         for (int i = 0; i < problem.contacts; ++i) {
             const Friction& f = problem.models[i];
             if (f.kind != Friction::Kind::elliptic) continue;
             any = true;
-            double* top = ways_.data() + 3 * i * rows_ + 3 * i;
+            double* top = axes_.data() + 3 * i * rows_ + 3 * i;
             top[0] = f.axis[0] * f.first;
             top[1] = -f.axis[1] * f.second;
             top[rows_] = f.axis[1] * f.first;
@@ -38,13 +38,13 @@ class Rounded {
         for (int i = 0; i < rows_; ++i)
             for (int k = 0; k < rows_; ++k)
                 for (int j = 0; j < rows_; ++j)
-                    half[i * rows_ + j] += problem.W[i * rows_ + k] * ways_[k * rows_ + j];
+                    half[i * rows_ + j] += problem.W[i * rows_ + k] * axes_[k * rows_ + j];
         for (int i = 0; i < rows_; ++i)
             for (int k = 0; k < rows_; ++k)
                 for (int j = 0; j < rows_; ++j)
-                    W_[i * rows_ + j] += ways_[k * rows_ + i] * half[k * rows_ + j];
-        turn_back(problem.before, before_);
-        turn_back(problem.free, free_);
+                    W_[i * rows_ + j] += axes_[k * rows_ + i] * half[k * rows_ + j];
+        to_circle_units(problem.before, before_);
+        to_circle_units(problem.free, free_);
         own_.W = W_.data();
         own_.before = before_.data();
         own_.free = free_.data();
@@ -70,7 +70,7 @@ class Rounded {
     ContactSolution back(ContactSolution found, const std::vector<double>& mu) const {
         std::vector<double> impulse(rows_, 0.0);
         for (int i = 0; i < rows_; ++i)
-            impulse[i] = dot(ways_.data() + i * rows_, found.impulse.data(), rows_);
+            impulse[i] = dot(axes_.data() + i * rows_, found.impulse.data(), rows_);
         found.friction = mu;
         for (int i = 0; i < given_.contacts; ++i) {
             // The µ of the direction in which friction acts.
@@ -88,16 +88,16 @@ class Rounded {
     }
 
   private:
-    void turn_back(const double* velocity, std::vector<double>& turned) const {
+    void to_circle_units(const double* velocity, std::vector<double>& turned) const {
         turned.assign(rows_, 0.0);
         for (int k = 0; k < rows_; ++k)
-            for (int j = 0; j < rows_; ++j) turned[j] += ways_[k * rows_ + j] * velocity[k];
+            for (int j = 0; j < rows_; ++j) turned[j] += axes_[k * rows_ + j] * velocity[k];
     }
 
     const ContactProblem& given_;
     ContactProblem own_;
     const int rows_;
-    std::vector<double> ways_, W_, before_, free_;
+    std::vector<double> axes_, W_, before_, free_;
 };
 
 bool obeys(const ContactSolution& found) {
@@ -106,44 +106,45 @@ bool obeys(const ContactSolution& found) {
 
 // The solution in which µ = f(|u_t⁺|) at each contact of `smooth` (Broyden's method, from the
 // fixed-point iteration).
-ContactSolution solve_by_speed(Rounded& rounded, const ContactProblem& problem,
+ContactSolution solve_by_speed(EllipticTransform& transform, const ContactProblem& problem,
                                const std::vector<int>& smooth, std::vector<double>& mu,
                                const std::function<ContactSolution(const ContactProblem&)>& solve) {
-    ContactSolution found = solve(rounded.with_friction(mu));
+    ContactSolution found = solve(transform.with_friction(mu));
     const int count = static_cast<int>(smooth.size());
     if (count == 0) return found;
-    auto missing = [&] {
+    auto residual_of_mu = [&] {
         std::vector<double> left(count);
         for (int k = 0; k < count; ++k)
-            left[k] =
-                problem.models[smooth[k]].at_speed(rounded.slip(found, smooth[k])) - mu[smooth[k]];
+            left[k] = problem.models[smooth[k]].at_speed(transform.slip(found, smooth[k])) -
+                      mu[smooth[k]];
         return left;
     };
     auto bar = [&](double share) { return share * (1.0 + largest(mu.data(), problem.contacts)); };
-    std::vector<double> left = missing(), inverse(count * count, 0.0), step(count), moved(count);
+    std::vector<double> left = residual_of_mu(), inverse(count * count, 0.0), step(count),
+                        change(count);
     for (int k = 0; k < count; ++k) inverse[k * count + k] = 1.0;
     for (int round = 0; round < kSteps; ++round) {
         if (!obeys(found) || largest(left.data(), count) <= bar(kFound)) break;
         for (int k = 0; k < count; ++k) {
             step[k] = dot(inverse.data() + k * count, left.data(), count);
             double next = std::max(mu[smooth[k]] + step[k], 0.0);
-            moved[k] = next - mu[smooth[k]];
+            change[k] = next - mu[smooth[k]];
             mu[smooth[k]] = next;
         }
-        found = solve(rounded.with_friction(mu));
-        std::vector<double> now = missing(), across(count, 0.0), along(count, 0.0);
+        found = solve(transform.with_friction(mu));
+        std::vector<double> now = residual_of_mu(), across(count, 0.0), along(count, 0.0);
         // inverse −= (moved + inverse change)(movedᵀ inverse)/(movedᵀ inverse change)
         double size = 0.0;
         for (int k = 0; k < count; ++k)
             for (int j = 0; j < count; ++j) {
                 across[k] += inverse[k * count + j] * (now[j] - left[j]);
-                along[j] += moved[k] * inverse[k * count + j];
+                along[j] += change[k] * inverse[k * count + j];
             }
         for (int j = 0; j < count; ++j) size += along[j] * (now[j] - left[j]);
         if (size != 0.0)
             for (int k = 0; k < count; ++k)
                 for (int j = 0; j < count; ++j)
-                    inverse[k * count + j] -= (moved[k] + across[k]) * along[j] / size;
+                    inverse[k * count + j] -= (change[k] + across[k]) * along[j] / size;
         left = now;
     }
     double off = largest(left.data(), count);
@@ -157,7 +158,7 @@ ContactSolution solve_by_speed(Rounded& rounded, const ContactProblem& problem,
 ContactSolution solve_with_friction_models(
     const ContactProblem& problem, const Law&,
     const std::function<ContactSolution(const ContactProblem&)>& solve) {
-    Rounded rounded(problem);
+    EllipticTransform transform(problem);
     std::vector<double> mu(problem.contacts);
     std::vector<int> smooth, steps;
     for (int i = 0; i < problem.contacts; ++i) {
@@ -171,18 +172,18 @@ ContactSolution solve_with_friction_models(
     }
     ContactSolution found;
     while (true) {
-        found = solve_by_speed(rounded, problem, smooth, mu, solve);
+        found = solve_by_speed(transform, problem, smooth, mu, solve);
         if (!obeys(found)) break;
         bool more = false;
         for (int& i : steps) {
-            if (i < 0 || !(rounded.slip(found, i) > 0.0)) continue;
+            if (i < 0 || !(transform.slip(found, i) > 0.0)) continue;
             mu[i] = problem.models[i].second;
             i = -1;
             more = true;
         }
         if (!more) break;
     }
-    return rounded.back(found, mu);
+    return transform.back(found, mu);
 }
 
 }  // namespace impulsekit

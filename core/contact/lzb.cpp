@@ -29,7 +29,7 @@ constexpr double kRises = 1e-8;
 constexpr double kWeak = 1e-12;
 
 // How much redundant contacts give way beside their mobility; what that leaves is taken out again.
-constexpr double kGives = 1e-6;
+constexpr double kCompliance = 1e-6;
 constexpr int kProximal = 4;
 
 enum class Normal { open, loads, unloads, held };
@@ -37,9 +37,9 @@ enum class Tangent { none, slips, sticks };
 
 // The state of several contacts while their impulses grow, in units in which the largest velocity,
 // mobility and finite stiffness are 1. y: P (3 n), δ (n), work of normals (n) and of friction (n).
-class Waves {
+class LzbState {
   public:
-    Waves(const ContactProblem& problem, double exponent)
+    LzbState(const ContactProblem& problem, double exponent)
         : p_(problem),
           n_(problem.contacts),
           rows_(3 * n_),
@@ -51,7 +51,7 @@ class Waves {
           u_(rows_),
           force_(rows_),
           kappa_(n_),
-          way_(2 * n_, 0.0),
+          direction_(2 * n_, 0.0),
           normal_(n_),
           tangent_(n_, Tangent::none) {
         double stiffest = 0.0;
@@ -107,10 +107,10 @@ class Waves {
 
     // The direction of slip; where it ends or begins the one that it had.
     void direction(int i, double* s) const {
-        const double *u = u_.data() + 3 * i, *way = way_.data() + 2 * i;
+        const double *u = u_.data() + 3 * i, *last = direction_.data() + 2 * i;
         double speed = std::hypot(u[0], u[1]);
-        bool keeps = speed <= kFaint || u[0] * way[0] + u[1] * way[1] <= 0.0;
-        for (int k = 0; k < 2; ++k) s[k] = keeps ? way[k] : u[k] / speed;
+        bool keeps = speed <= kFaint || u[0] * last[0] + u[1] * last[1] <= 0.0;
+        for (int k = 0; k < 2; ++k) s[k] = keeps ? last[k] : u[k] / speed;
     }
 
     // dy/dt at y; velocities and forces are left in u_ and force_.
@@ -128,7 +128,7 @@ class Waves {
             direction(i, s);
             for (int k = 0; k < 2; ++k) force_[3 * i + k] = -p_.friction[i] * own * s[k];
         }
-        if (solves) hold_still();
+        if (solves) solve_constraint_forces();
         if (!dy) return;
         for (int i = 0; i < n_; ++i) {
             const double *f = force_.data() + 3 * i, *u = u_.data() + 3 * i;
@@ -143,10 +143,10 @@ class Waves {
 
     // Forces that keep what sticks and what is held still. Redundant contacts that stick share in
     // proportion to what their cones hold: forces in these units, of least norm, by proximal steps.
-    void hold_still() {
+    void solve_constraint_forces() {
         Arena::Scope scope(scratch());
         int *held = scratch().allocate_int(rows_), *pivot = scratch().allocate_int(rows_);
-        double *way = scratch().allocate(rows_, rows_), *unit = scratch().allocate(rows_);
+        double *unit_force = scratch().allocate(rows_, rows_), *unit = scratch().allocate(rows_);
         int count = 0;
         double strongest = 0.0;
         for (int i = 0; i < n_; ++i)
@@ -154,7 +154,7 @@ class Waves {
                 strongest = std::max(strongest, p_.friction[i] * force_[3 * i + 2]);
         for (int i = 0; i < n_; ++i) {
             if (normal_[i] == Normal::held) {
-                double* along = way + count * rows_;
+                double* along = unit_force + count * rows_;
                 along[3 * i + 2] = unit[count] = 1.0;
                 held[count++] = 3 * i + 2;
                 double s[2];
@@ -166,7 +166,7 @@ class Waves {
             if (tangent_[i] != Tangent::sticks) continue;
             double own = p_.friction[i] * force_[3 * i + 2];
             for (int k = 0; k < 2; ++k) {
-                way[count * rows_ + 3 * i + k] = 1.0;
+                unit_force[count * rows_ + 3 * i + k] = 1.0;
                 unit[count] = own > 1e-6 * strongest ? own / strongest : 1.0;
                 held[count++] = 3 * i + k;
             }
@@ -178,12 +178,12 @@ class Waves {
         for (int a = 0; a < count; ++a) {
             right[a] = -unit[a] * dot(W_.data() + held[a] * rows_, force_.data(), rows_);
             for (int b = 0; b < count; ++b)
-                A[a * count + b] =
-                    unit[a] * unit[b] * dot(W_.data() + held[a] * rows_, way + b * rows_, rows_);
+                A[a * count + b] = unit[a] * unit[b] *
+                                   dot(W_.data() + held[a] * rows_, unit_force + b * rows_, rows_);
             size = std::max(size, A[a * count + a]);
         }
         std::copy(A, A + count * count, lu);
-        for (int a = 0; a < count; ++a) lu[a * count + a] += kGives * size;
+        for (int a = 0; a < count; ++a) lu[a * count + a] += kCompliance * size;
         if (!factor_lu(lu, count, pivot)) return;
         for (int round = 0; round < kProximal; ++round) {
             for (int a = 0; a < count; ++a) more[a] = right[a] - dot(A + a * count, x, count);
@@ -191,7 +191,7 @@ class Waves {
             for (int a = 0; a < count; ++a) x[a] += more[a];
         }
         for (int b = 0; b < count; ++b)
-            for (int r = 0; r < rows_; ++r) force_[r] += x[b] * unit[b] * way[b * rows_ + r];
+            for (int r = 0; r < rows_; ++r) force_[r] += x[b] * unit[b] * unit_force[b * rows_ + r];
     }
 
     // What does not slip sticks, or begins to slip the way that its acceleration takes: Coulomb's
@@ -243,14 +243,14 @@ class Waves {
             double size = std::hypot(f[r], f[r + 1]);
             if (size < bound * (1.0 - 1e-12) || size == 0.0) continue;
             tangent_[i] = Tangent::slips;
-            for (int k = 0; k < 2; ++k) way_[2 * i + k] = -f[r + k] / size;
+            for (int k = 0; k < 2; ++k) direction_[2 * i + k] = -f[r + k] / size;
         }
     }
 
     void remember_direction(int i) {
         double speed = std::hypot(u_[3 * i], u_[3 * i + 1]);
         if (speed <= kFaint) return;
-        for (int k = 0; k < 2; ++k) way_[2 * i + k] = u_[3 * i + k] / speed;
+        for (int k = 0; k < 2; ++k) direction_[2 * i + k] = u_[3 * i + k] / speed;
     }
 
     // How far contact i is from its next change, at y whose rates are known: below zero it is past.
@@ -269,7 +269,8 @@ class Waves {
             if (normal_[i] == Normal::held || u[2] <= 0.0) return INFINITY;
             return y[rows_ + i];
         }
-        if (tangent_[i] == Tangent::slips) return u[0] * way_[2 * i] + u[1] * way_[2 * i + 1];
+        if (tangent_[i] == Tangent::slips)
+            return u[0] * direction_[2 * i] + u[1] * direction_[2 * i + 1];
         if (tangent_[i] == Tangent::sticks) return p_.friction[i] * f[2] - std::hypot(f[0], f[1]);
         return INFINITY;
     }
@@ -309,7 +310,7 @@ class Waves {
             }
             y_ = next;
             t = step.end;
-            settle();
+            update_modes();
         }
         status_ = Status::not_converged;
     }
@@ -346,7 +347,7 @@ class Waves {
     }
 
     // What contacts go over to, at the end of a step.
-    void settle() {
+    void update_modes() {
         rates(y_.data(), nullptr);
         bool changed = false;
         for (int i = 0; i < n_; ++i) changed = change_normal(i) || changed;
@@ -355,7 +356,7 @@ class Waves {
         if (!changed) return;
         for (int i = 0; i < n_; ++i)
             if (tangent_[i] == Tangent::slips &&
-                u_[3 * i] * way_[2 * i] + u_[3 * i + 1] * way_[2 * i + 1] <= kCrossed) {
+                u_[3 * i] * direction_[2 * i] + u_[3 * i + 1] * direction_[2 * i + 1] <= kCrossed) {
                 // Slip has ended: rounding of what is left has no direction.
                 stop_slip(i);
             }
@@ -439,7 +440,7 @@ class Waves {
     // Whether nothing presses and nothing approaches, or forces act that move nothing any more.
     bool is_over() {
         bool presses = false, moves = false;
-        double push = largest(force_.data(), rows_);
+        double strongest_force = largest(force_.data(), rows_);
         for (int i = 0; i < n_; ++i) {
             double un = u_[3 * i + 2], f = force_[3 * i + 2];
             if (normal_[i] == Normal::open) {
@@ -449,14 +450,14 @@ class Waves {
             presses = presses || f > kWeak;
             if (normal_[i] == Normal::held) continue;
             moves = moves || un < -1e-13 || (depth(i) > 0.0 && un > 1e-13 && f > 0.0);
-            moves = moves || (f > kWeak && std::abs(rises(i)) > kWeak * push);
+            moves = moves || (f > kWeak && std::abs(rises(i)) > kWeak * strongest_force);
         }
         if (presses && !moves) {
             bool held = true;
             for (int r = 0; r < rows_; ++r)
                 if (rubs(r / 3) || r % 3 == 2)
                     held = held && std::abs(dot(W_.data() + r * rows_, force_.data(), rows_)) <=
-                                       kWeak * push;
+                                       kWeak * strongest_force;
             if (!held) return false;
             for (int i = 0; i < n_; ++i)
                 if (normal_[i] != Normal::open && normal_[i] != Normal::held && e2(i) > 0.0 &&
@@ -467,7 +468,7 @@ class Waves {
         return !presses && !moves;
     }
 
-    ContactSolution result(bool moved) {
+    ContactSolution result(bool has_moved) {
         ContactSolution s;
         s.impulse.assign(rows_, 0.0);
         s.after.assign(p_.free, p_.free + rows_);
@@ -475,7 +476,7 @@ class Waves {
         s.normal_work.assign(n_, 0.0);
         s.friction_work.assign(n_, 0.0);
         s.unique.assign(n_, 1);
-        if (!moved) return s;
+        if (!has_moved) return s;
         const double impulse = speed_ / mobility_, work = speed_ * impulse;
         double total = 0.0, added = 0.0, size = 0.0;
         for (int r = 0; r < rows_; ++r) s.impulse[r] = y_[r] * impulse;
@@ -506,7 +507,7 @@ class Waves {
     const ContactProblem& p_;
     const int n_, rows_, size_;
     const double exponent_;
-    std::vector<double> W_, free_, y_, u_, force_, kappa_, way_;
+    std::vector<double> W_, free_, y_, u_, force_, kappa_, direction_;
     std::vector<Normal> normal_;
     std::vector<Tangent> tangent_;
     double speed_ = 0.0, mobility_ = 0.0, approach_ = 0.0;
@@ -517,7 +518,7 @@ class Waves {
 }  // namespace
 
 ContactSolution solve_lzb(const ContactProblem& problem, double exponent) {
-    return Waves(problem, exponent).solve();
+    return LzbState(problem, exponent).solve();
 }
 
 }  // namespace impulsekit

@@ -538,7 +538,7 @@ class Path {
 
     // u⁺ from the impulse, so that both agree to rounding, and the works.
     void finish(const double* free, PathImpact& impact) const {
-        const double p[3] = {p1_, p2_, p_}, way[3] = {u1_, u2_, un_};
+        const double p[3] = {p1_, p2_, p_}, followed[3] = {u1_, u2_, un_};
         const double W[9] = {t11_, t12_, n1_, t12_, t22_, n2_, n1_, n2_, nn_};
         double off = 0.0, total = 0.0, size = 0.0;
         for (int i = 0; i < 3; ++i) {
@@ -546,7 +546,7 @@ class Path {
             for (int j = 0; j < 3; ++j) after += W[3 * i + j] * p[j];
             impact.impulse[i] = p[i];
             impact.after[i] = after;
-            off = std::max(off, std::abs(after - way[i]));
+            off = std::max(off, std::abs(after - followed[i]));
             total += 0.5 * p[i] * (free[i] + after);
             size += std::abs(p[i] * free[i]);
         }

@@ -44,7 +44,7 @@ class Sequence {
     }
 
     ContactSolution solve(std::vector<Hit>* kept) {
-        int look = kLong;
+        int next_check = kLong;
         for (int count = 0;; ++count) {
             solution_.iterations = count;
             poll(rows_, rows_);
@@ -65,8 +65,8 @@ class Sequence {
             found = foremost(found, pace);
             if (!hit(found)) break;
             if (kept) kept->push_back(hits_.back());
-            if (count == look) {
-                look += look / 2;
+            if (count == next_check) {
+                next_check += next_check / 2;
                 jump();
             }
         }

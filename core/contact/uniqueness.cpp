@@ -248,18 +248,18 @@ class Search {
     void try_mode(const std::vector<Mode>& modes, bool exact) {
         Arena::Scope scope(scratch());
         int *held = scratch().allocate_int(rows_), *pivot = scratch().allocate_int(rows_);
-        double* way = scratch().allocate(rows_, rows_);
+        double* unit_force = scratch().allocate(rows_, rows_);
         int count = 0;
         for (int i = 0; i < p_.contacts; ++i) {
             if (modes[i] == Mode::open) continue;
-            double* along = way + count * rows_;
+            double* along = unit_force + count * rows_;
             held[count++] = 3 * i + 2;
             along[3 * i + 2] = 1.0;
             if (group_[i] < 0) continue;
             if (modes[i] == Mode::sticking) {
                 for (int k = 0; k < 2; ++k) {
                     if (!moves(3 * i + k)) continue;
-                    way[count * rows_ + 3 * i + k] = 1.0;
+                    unit_force[count * rows_ + 3 * i + k] = 1.0;
                     held[count++] = 3 * i + k;
                 }
                 continue;
@@ -275,13 +275,13 @@ class Search {
         for (int a = 0; a < count; ++a) {
             x[a] = -xi_[held[a]];
             for (int b = 0; b < count; ++b)
-                A[a * count + b] = dot(p_.W + held[a] * rows_, way + b * rows_, rows_);
+                A[a * count + b] = dot(p_.W + held[a] * rows_, unit_force + b * rows_, rows_);
         }
         if (!factor_lu(A, count, pivot)) return;
         solve_lu(A, pivot, count, x);
         std::vector<double> P(rows_, 0.0);
         for (int b = 0; b < count; ++b)
-            for (int r = 0; r < rows_; ++r) P[r] += x[b] * way[b * rows_ + r];
+            for (int r = 0; r < rows_; ++r) P[r] += x[b] * unit_force[b * rows_ + r];
         for (double value : P)
             if (!std::isfinite(value)) return;
         if (exact)
