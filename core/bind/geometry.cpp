@@ -56,20 +56,20 @@ Numbers nearest_of(const Shape& a, const Array& pa, const Shape& b, const Array&
 
 using Bodies = std::vector<Shape>;
 
-std::vector<TouchPoint> touching_of(const Bodies& first, const Array& pa, const Bodies& other,
-                                    const Array& pb, double margin) {
-    std::vector<TouchPoint> found;
-    touching(first, placement_of(pa), other, placement_of(pb), margin, found);
+std::vector<ContactPoint> touching_of(const Bodies& first, const Array& pa, const Bodies& other,
+                                      const Array& pb, double margin) {
+    std::vector<ContactPoint> found;
+    contact_points(first, placement_of(pa), other, placement_of(pb), margin, found);
     return found;
 }
 
-std::pair<TouchPoint, double> follow_of(const Feature& feature, const Bodies& first,
-                                        const Array& pa, const Bodies& other, const Array& pb) {
+std::pair<ContactPoint, double> follow_of(const Feature& feature, const Bodies& first,
+                                          const Array& pa, const Bodies& other, const Array& pb) {
     const int count[] = {static_cast<int>(first.size()), static_cast<int>(other.size())};
     for (int k = 0; k < 2; ++k)
         if (feature.piece[k] >= count[k]) throw nb::value_error("a piece that is not there");
     double inside = 0.0;
-    const TouchPoint point =
+    const ContactPoint point =
         follow(feature, first, placement_of(pa), other, placement_of(pb), &inside);
     return {point, inside};
 }
@@ -135,19 +135,19 @@ void bind_geometry(nanobind::module_& module) {
         .def_prop_ro("index", [](const Feature& f) {
             return std::tuple(f.index[0], f.index[1], f.index[2], f.index[3]);
         });
-    nb::class_<TouchPoint>(module, "TouchPoint", "A point at which two bodies touch.")
-        .def_ro("feature", &TouchPoint::feature)
-        .def_ro("gap", &TouchPoint::gap)
+    nb::class_<ContactPoint>(module, "ContactPoint", "A point at which two bodies touch.")
+        .def_ro("feature", &ContactPoint::feature)
+        .def_ro("gap", &ContactPoint::gap)
         .def_prop_ro(
-            "point", [](const TouchPoint& p) { return numbers(p.point); }, nb::rv_policy::move)
+            "point", [](const ContactPoint& p) { return numbers(p.point); }, nb::rv_policy::move)
         .def_prop_ro(
-            "normal", [](const TouchPoint& p) { return numbers(p.normal); }, nb::rv_policy::move);
+            "normal", [](const ContactPoint& p) { return numbers(p.normal); }, nb::rv_policy::move);
     // (9) columns t₁, t₂, n, row by row.
     module.def("contact_axes", [](const Array& normal) {
         const Mat3<double> a = contact_axes(three(normal, "normal"));
         return array_of(
             std::vector<double>{a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z});
     });
-    module.def("touching", &touching_of);
+    module.def("contact_points", &touching_of);
     module.def("follow", &follow_of);
 }

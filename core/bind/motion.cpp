@@ -153,10 +153,10 @@ struct GivenMotionScene {
         forces.at_start.assign(from, from + count);
         if (!function.is_none()) forces.driven = calls.torque(function, static_cast<int>(count));
     }
-    void set_holding(nb::object rows, nb::object bias, nb::object values, nb::object speeds,
-                     nb::object place) {
+    void set_constraints(nb::object rows, nb::object bias, nb::object values, nb::object speeds,
+                         nb::object place) {
         const int count = scene->scene.function_rows, nv = calls.nv;
-        HoldingFunctions& own = scene->holding;
+        ConstraintFunctions& own = scene->constraints;
         if (!rows.is_none()) {
             own.rows = calls.of_place(rows, count * nv);
             own.bias = calls.of_state(bias, count);
@@ -183,10 +183,10 @@ struct GivenMotionScene {
                 return nb::cast<double>(place(entry, t));
             };
     }
-    void set_touching(nb::object rows, nb::object bias, nb::object counts,
-                      const std::vector<int>& conditional) {
+    void set_gap_functions(nb::object rows, nb::object bias, nb::object counts,
+                           const std::vector<int>& conditional) {
         const int nv = calls.nv, nq = calls.nq;
-        TouchingFunctions& own = scene->touching;
+        GapFunctions& own = scene->contact_gaps;
         if (!rows.is_none()) {
             own.rows = [rows, nq, nv](int i, const double* q, double* to) {
                 nb::gil_scoped_acquire lock;
@@ -237,18 +237,19 @@ struct GivenMotionScene {
 };
 
 // A resting point as numbers, and back.
-void pack(const RestPoint& p, std::vector<double>& to) {
+void pack(const RestingContact& p, std::vector<double>& to) {
     const Feature& f = p.feature;
     to.insert(to.end(), {double(p.gap), double(f.kind), double(f.piece[0]), double(f.piece[1])});
     for (int i = 0; i < 4; ++i) to.push_back(f.index[i]);
     for (int i = 0; i < 3; ++i) to.push_back(f.fixed[i]);
     to.push_back(p.since);
-    for (const Slide* slide : {&p.slip, &p.roll, &p.spin})
-        to.insert(to.end(), {slide->moves ? 1.0 : 0.0, slide->way[0], slide->way[1]});
+    for (const SlipState* slip_state : {&p.slip, &p.roll, &p.spin})
+        to.insert(to.end(), {slip_state->moves ? 1.0 : 0.0, slip_state->direction[0],
+                             slip_state->direction[1]});
 }
 
-RestPoint unpack(const double* x) {
-    RestPoint p;
+RestingContact unpack(const double* x) {
+    RestingContact p;
     Feature& f = p.feature;
     p.gap = static_cast<int>(x[0]);
     f.kind = static_cast<Feature::Kind>(std::clamp(static_cast<int>(x[1]), 0, 5));
@@ -258,33 +259,33 @@ RestPoint unpack(const double* x) {
     for (int i = 0; i < 3; ++i) f.fixed[i] = x[8 + i];
     p.since = x[11];
     x += 12;
-    for (Slide* slide : {&p.slip, &p.roll, &p.spin}) {
-        *slide = {x[0] != 0.0, {x[1], x[2]}};
+    for (SlipState* slip_state : {&p.slip, &p.roll, &p.spin}) {
+        *slip_state = {x[0] != 0.0, {x[1], x[2]}};
         x += 3;
     }
     return p;
 }
 
 // What rests, as Python keeps it: numbers of points, ways of joints, torques from outside.
-using Footing = std::tuple<Array, std::vector<int>, Array>;
+using RestingNumbers = std::tuple<Array, std::vector<int>, Array>;
 
-Rest rest_of(const Footing& given, const Dynamics& dynamics) {
+RestingState rest_of(const RestingNumbers& given, const Dynamics& dynamics) {
     const auto& [points, dry, controls] = given;
     if (points.size() % kPacked != 0)
         throw nb::value_error("points: expected a whole number of packed points");
-    Rest rest;
+    RestingState rest;
     for (std::size_t i = 0; i < points.size(); i += kPacked) {
         rest.points.push_back(unpack(points.data() + i));
-        const RestPoint& p = rest.points.back();
-        if (p.gap < 0 || p.gap >= static_cast<int>(dynamics.touching.gaps().size()))
+        const RestingContact& p = rest.points.back();
+        if (p.gap < 0 || p.gap >= static_cast<int>(dynamics.contact_gaps.gaps().size()))
             throw nb::value_error("points: unknown gap");
-        const Gap& gap = dynamics.touching.gaps()[p.gap];
+        const Gap& gap = dynamics.contact_gaps.gaps()[p.gap];
         if (gap.kind != Contact::shapes && gap.kind != Contact::ball) continue;
-        const Bodies& bodies = dynamics.touching.bodies_of(gap);
+        const Bodies& bodies = dynamics.contact_gaps.bodies_of(gap);
         if (!is_named(p.feature, bodies.first, bodies.other))
             throw nb::value_error("points: unknown feature of bodies");
     }
-    for (int way : dry) rest.dry.push_back(static_cast<signed char>(way));
+    for (int direction : dry) rest.dry.push_back(static_cast<signed char>(direction));
     if (rest.dry.size() != dynamics.scene.dry.size())
         throw nb::value_error("dry: must have one number for each joint with dry friction");
     if (controls.size() > 0) {
@@ -302,16 +303,16 @@ class ForcesOfMotion {
         dynamics_.slow = slow;
     }
 
-    nb::dict at(double t, const Array& q, const Array& v, const Footing& footing) {
+    nb::dict at(double t, const Array& q, const Array& v, const RestingNumbers& resting) {
         const Model& model = *scene_->scene.model;
         const double *own_q = data_of(q, model.nq, "q"), *own_v = data_of(v, model.nv, "v");
-        Rest rest = rest_of(footing, dynamics_);
-        dynamics_.look(own_q, own_v);
-        dynamics_.kinks.look(dynamics_.tree, own_q, own_v);
+        RestingState rest = rest_of(resting, dynamics_);
+        dynamics_.set_state(own_q, own_v);
+        dynamics_.kinks.set_sides(dynamics_.tree, own_q, own_v);
         std::vector<double> a(model.nv);
-        const Trouble trouble = dynamics_.accelerate(t, own_q, own_v, rest, a.data());
+        const DynamicsFailure failure = dynamics_.accelerate(t, own_q, own_v, rest, a.data());
         nb::dict found;
-        found["trouble"] = static_cast<int>(trouble);
+        found["failure"] = static_cast<int>(failure);
         found["acceleration"] = nb::cast(array_of(a), nb::rv_policy::move);
         found["multipliers"] = nb::cast(array_of(dynamics_.multipliers), nb::rv_policy::move);
         found["unique"] = std::vector<bool>(dynamics_.unique.begin(), dynamics_.unique.end());
@@ -323,13 +324,13 @@ class ForcesOfMotion {
         found["dry"] = nb::cast(array_of(dynamics_.dry_torque), nb::rv_policy::move);
         std::vector<int> entries;
         std::vector<double> axes, places, signs;
-        for (const RestPoint& point : rest.points) {
-            const Gap& gap = dynamics_.touching.gaps()[point.gap];
+        for (const RestingContact& point : rest.points) {
+            const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
             entries.push_back(gap.entry);
             signs.push_back(gap.sign);
             const bool has_place = gap.kind != Contact::stop && gap.kind != Contact::functions;
-            const Between b =
-                has_place ? dynamics_.touching.spot(dynamics_.tree, point) : Between();
+            const FramePairMotion b =
+                has_place ? dynamics_.contact_gaps.spot(dynamics_.tree, point) : FramePairMotion();
             const Vec place = dynamics_.tree.world_place(b.place);
             axes.insert(axes.end(), {b.axes.x.x, b.axes.y.x, b.axes.z.x, b.axes.x.y, b.axes.y.y,
                                      b.axes.z.y, b.axes.x.z, b.axes.y.z, b.axes.z.z});
@@ -345,21 +346,22 @@ class ForcesOfMotion {
     // q and v at another time while the same rests, whatever happens on the way; none where there
     // is no acceleration, or no step is short enough.
     std::optional<std::pair<nb::object, nb::object>> flow(double start, double end, const Array& q,
-                                                          const Array& v, const Footing& footing,
+                                                          const Array& v,
+                                                          const RestingNumbers& resting,
                                                           double rtol, double atol) {
         const Model& model = *scene_->scene.model;
-        Rest rest = rest_of(footing, dynamics_);
+        RestingState rest = rest_of(resting, dynamics_);
         const double *own_q = data_of(q, model.nq, "q"), *own_v = data_of(v, model.nv, "v");
         std::vector<double> y(own_q, own_q + model.nq), trial(model.nq);
         y.insert(y.end(), own_v, own_v + model.nv);
-        dynamics_.look(own_q, own_v);
-        dynamics_.kinks.look(dynamics_.tree, own_q, own_v);
+        dynamics_.set_state(own_q, own_v);
+        dynamics_.kinks.set_sides(dynamics_.tree, own_q, own_v);
         const auto f = [&](double t, const double* from, double* to) {
             std::copy(from, from + model.nq, trial.begin());
             normalize_configuration(model, trial.data());
             configuration_rate(model, from, from + model.nq, to);
             return dynamics_.accelerate(t, trial.data(), from + model.nq, rest, to + model.nq) ==
-                   Trouble::none;
+                   DynamicsFailure::none;
         };
         Stepper stepper(Method::dop853, model.nq, model.nq + model.nv, {rtol, atol}, 0.0);
         stepper.next = 1e-3 * (end - start);
@@ -382,8 +384,8 @@ class ForcesOfMotion {
         const double *own_q = data_of(q, model.nq, "q"), *own_v = data_of(v, model.nv, "v");
         if (entry < 0 || entry >= static_cast<int>(scene_->forces.entries.size()))
             throw nb::value_error("entry: expected the number of a force");
-        dynamics_.look(own_q, own_v);
-        dynamics_.kinks.look(dynamics_.tree, own_q, own_v);
+        dynamics_.set_state(own_q, own_v);
+        dynamics_.kinks.set_sides(dynamics_.tree, own_q, own_v);
         std::vector<double> torque(model.nv), wrenches;
         auto& wrench = dynamics_.tree.wrench;
         std::fill(wrench.begin(), wrench.end(), Spatial<double>{});
@@ -398,12 +400,12 @@ class ForcesOfMotion {
 
     // (gap, contact, value, rate) of all gaps at a state.
     std::vector<std::tuple<int, int, double, double>> gaps(const Array& q, const Array& v) {
-        look(q, v);
+        set_state(q, v);
         std::vector<std::tuple<int, int, double, double>> found;
-        const auto& gaps = dynamics_.touching.gaps();
+        const auto& gaps = dynamics_.contact_gaps.gaps();
         for (std::size_t i = 0; i < gaps.size(); ++i) {
             const GapState at =
-                dynamics_.touching.measure(dynamics_.tree, gaps[i], q.data(), v.data());
+                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], q.data(), v.data());
             found.emplace_back(static_cast<int>(i), gaps[i].entry, at.gap, at.rate);
         }
         return found;
@@ -411,15 +413,15 @@ class ForcesOfMotion {
 
     // (nv) the row of a gap's rate at a state.
     nb::object gap_row(int gap, const Array& q, const Array& v) {
-        if (gap < 0 || gap >= static_cast<int>(dynamics_.touching.gaps().size()))
+        if (gap < 0 || gap >= static_cast<int>(dynamics_.contact_gaps.gaps().size()))
             throw nb::value_error("gap: unknown gap");
-        look(q, v);
-        RestPoint point;
+        set_state(q, v);
+        RestingContact point;
         point.gap = gap;
         const int nv = scene_->scene.model->nv;
         std::vector<double> J(3 * nv), turning(3 * nv);
-        dynamics_.touching.rows(dynamics_.tree, point, q.data(), v.data(), J.data(), turning.data(),
-                                nullptr, nullptr);
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, q.data(), v.data(), J.data(),
+                                    turning.data(), nullptr, nullptr);
         return array(J.data() + 2 * nv, nv);
     }
 
@@ -427,7 +429,7 @@ class ForcesOfMotion {
         const Model& model = *scene_->scene.model;
         const double* own = data_of(q, model.nq, "q");
         const std::vector<double> still(model.nv);
-        dynamics_.look(own, still.data());
+        dynamics_.set_state(own, still.data());
         return impulsekit::spring_energy(scene_->forces, dynamics_.tree, own);
     }
 
@@ -435,19 +437,19 @@ class ForcesOfMotion {
     nb::object row_velocities(const Array& q, const Array& v) {
         const Model& model = *scene_->scene.model;
         const double *own_q = data_of(q, model.nq, "q"), *own_v = data_of(v, model.nv, "v");
-        dynamics_.look(own_q, own_v);
-        dynamics_.holding.fill_rows(dynamics_.tree, own_q);
-        std::vector<double> found(dynamics_.holding.rows());
+        dynamics_.set_state(own_q, own_v);
+        dynamics_.constraints.fill_rows(dynamics_.tree, own_q);
+        std::vector<double> found(dynamics_.constraints.rows());
         for (std::size_t r = 0; r < found.size(); ++r)
             for (int i = 0; i < model.nv; ++i)
-                found[r] += dynamics_.holding.A()[r * model.nv + i] * own_v[i];
+                found[r] += dynamics_.constraints.A()[r * model.nv + i] * own_v[i];
         return nb::cast(array_of(found), nb::rv_policy::move);
     }
 
   private:
-    void look(const Array& q, const Array& v) {
+    void set_state(const Array& q, const Array& v) {
         const Model& model = *scene_->scene.model;
-        dynamics_.look(data_of(q, model.nq, "q"), data_of(v, model.nv, "v"));
+        dynamics_.set_state(data_of(q, model.nq, "q"), data_of(v, model.nv, "v"));
     }
 
     std::shared_ptr<const MotionScene> scene_;
@@ -476,40 +478,40 @@ MotionSettings settings_of(const std::string& method, const Array& numbers,
 }
 
 // Steps between two looks at Ctrl-C where nobody asks for more.
-constexpr int kBetweenLooks = 16;
+constexpr int kBetweenChecks = 16;
 
 // Steps, none beyond a horizon, while a condition holds; `look` is called with the time after so
 // many of them.
 template <typename Condition>
-void run_while(Motion& motion, double horizon, nb::object look, int every,
+void run_while(Motion& motion, double horizon, nb::object on_time, int every,
                const Condition& goes_on) {
     if (every < 1) throw nb::value_error("every: must be >= 1");
     motion.go_on();
-    const bool has_look = !look.is_none();
+    const bool has_callback = !on_time.is_none();
     nb::gil_scoped_release free;
     for (int count = 1; goes_on() && motion.advance(horizon); ++count) {
         if (count % every != 0) continue;
         nb::gil_scoped_acquire lock;
         if (PyErr_CheckSignals() != 0) throw nb::python_error();
-        if (has_look) look(motion.t);
+        if (has_callback) on_time(motion.t);
     }
 }
 
 // On to a time, at least.
-void run(Motion& motion, double until, double horizon, nb::object look, int every) {
-    run_while(motion, horizon, look, every, [&] { return motion.t < until; });
+void run(Motion& motion, double until, double horizon, nb::object on_time, int every) {
+    run_while(motion, horizon, on_time, every, [&] { return motion.t < until; });
 }
 
-nb::tuple impact_of(const MetImpact& impact) {
+nb::tuple impact_of(const MotionImpact& impact) {
     return nb::make_tuple(impact.t, array(impact.q.data(), impact.q.size()),
                           array(impact.v.data(), impact.v.size()),
                           array(impact.after.data(), impact.after.size()), impact.entries,
                           impact.features, impact.is_soft, impact.code);
 }
 
-nb::tuple footing_of(const Rest& rest) {
+nb::tuple numbers_of(const RestingState& rest) {
     std::vector<double> points;
-    for (const RestPoint& point : rest.points) pack(point, points);
+    for (const RestingContact& point : rest.points) pack(point, points);
     return nb::make_tuple(nb::cast(array_of(points), nb::rv_policy::move),
                           std::vector<int>(rest.dry.begin(), rest.dry.end()),
                           nb::cast(array_of(rest.controls), nb::rv_policy::move));
@@ -519,22 +521,22 @@ nb::tuple footing_of(const Rest& rest) {
 // which footing each has.
 nb::dict path_of(const Motion& motion) {
     std::vector<double> times, before, shape;
-    std::vector<int> footing;
+    std::vector<int> resting;
     for (const Piece& piece : motion.path) {
         const Step& s = piece.step;
         times.insert(times.end(), {s.start, s.end, s.begin, s.length});
         before.insert(before.end(), s.before.begin(), s.before.end());
         shape.insert(shape.end(), s.shape.begin(), s.shape.end());
-        footing.push_back(piece.footing);
+        resting.push_back(piece.resting_state);
     }
-    nb::list footings;
-    for (const Rest& rest : motion.footings) footings.append(footing_of(rest));
+    nb::list resting_states;
+    for (const RestingState& rest : motion.resting_states) resting_states.append(numbers_of(rest));
     nb::dict found;
     found["times"] = nb::cast(array_of(times), nb::rv_policy::move);
     found["before"] = nb::cast(array_of(before), nb::rv_policy::move);
     found["shape"] = nb::cast(array_of(shape), nb::rv_policy::move);
-    found["footing"] = footing;
-    found["footings"] = footings;
+    found["resting_state"] = resting;
+    found["resting_states"] = resting_states;
     return found;
 }
 
@@ -560,19 +562,20 @@ void bind_motion(nb::module_& module) {
              nb::arg("function"))
         .def("add_dry", &Given::add_dry, nb::arg("v"), nb::arg("bound"), nb::arg("is_first"))
         .def("set_driven", &Given::set_driven, nb::arg("at_start"), nb::arg("function").none())
-        .def("set_holding", &Given::set_holding, nb::arg("rows").none(), nb::arg("bias").none(),
-             nb::arg("values").none(), nb::arg("speeds").none(), nb::arg("place").none())
-        .def("set_touching", &Given::set_touching, nb::arg("rows").none(), nb::arg("bias").none(),
-             nb::arg("counts").none(), nb::arg("conditional"))
+        .def("set_constraints", &Given::set_constraints, nb::arg("rows").none(),
+             nb::arg("bias").none(), nb::arg("values").none(), nb::arg("speeds").none(),
+             nb::arg("place").none())
+        .def("set_gap_functions", &Given::set_gap_functions, nb::arg("rows").none(),
+             nb::arg("bias").none(), nb::arg("counts").none(), nb::arg("conditional"))
         .def("set_bodies", &Given::set_bodies, nb::arg("entry"), nb::arg("first"), nb::arg("other"))
         .def("set_pulls", &Given::set_pulls, nb::arg("pulls"));
     nb::class_<ForcesOfMotion>(module, "ForcesOfMotion", "All forces at a state of a motion.")
         .def(nb::init<const Given&, double>(), nb::arg("scene"), nb::arg("slow"),
              nb::keep_alive<1, 2>())
         .def("at", &ForcesOfMotion::at, nb::arg("t"), nb::arg("q"), nb::arg("v"),
-             nb::arg("footing"))
+             nb::arg("resting_state"))
         .def("flow", &ForcesOfMotion::flow, nb::arg("start"), nb::arg("end"), nb::arg("q"),
-             nb::arg("v"), nb::arg("footing"), nb::arg("rtol"), nb::arg("atol"))
+             nb::arg("v"), nb::arg("resting_state"), nb::arg("rtol"), nb::arg("atol"))
         .def("force", &ForcesOfMotion::force, nb::arg("entry"), nb::arg("t"), nb::arg("q"),
              nb::arg("v"))
         .def("gaps", &ForcesOfMotion::gaps, nb::arg("q"), nb::arg("v"))
@@ -593,24 +596,24 @@ void bind_motion(nb::module_& module) {
             nb::arg("scene"), nb::arg("method"), nb::arg("numbers"), nb::arg("stop_times"),
             nb::arg("max_impacts"), nb::arg("max_steps"), nb::arg("q"), nb::arg("v"),
             nb::keep_alive<1, 2>())
-        .def("touching_at_start",
+        .def("gaps_closed_at_start",
              [](Motion& self) {
                  std::vector<std::tuple<int, int, double, double>> found;
-                 for (const auto& [gap, state] : self.touching_at_start())
-                     found.emplace_back(gap, self.dynamics().touching.gaps()[gap].entry, state.gap,
-                                        state.rate);
+                 for (const auto& [gap, state] : self.gaps_closed_at_start())
+                     found.emplace_back(gap, self.dynamics().contact_gaps.gaps()[gap].entry,
+                                        state.gap, state.rate);
                  return found;
              })
-        .def("has_to_move", &Motion::has_to_move)
+        .def("is_driven_off", &Motion::is_driven_off)
         .def(
             "begin",
-            [](Motion& self, const Array& v, const std::vector<int>& touching) {
-                const int gaps = static_cast<int>(self.dynamics().touching.gaps().size());
-                for (int gap : touching)
-                    if (gap < 0 || gap >= gaps) throw nb::value_error("touching: unknown gap");
-                self.begin(data_of(v, self.nv(), "v"), touching);
+            [](Motion& self, const Array& v, const std::vector<int>& contact_gaps) {
+                const int gaps = static_cast<int>(self.dynamics().contact_gaps.gaps().size());
+                for (int gap : contact_gaps)
+                    if (gap < 0 || gap >= gaps) throw nb::value_error("gaps: unknown gap");
+                self.begin(data_of(v, self.nv(), "v"), contact_gaps);
             },
-            nb::arg("v"), nb::arg("touching"))
+            nb::arg("v"), nb::arg("gaps"))
         .def(
             "copy", [](const Motion& self) { return Motion(self); }, nb::keep_alive<0, 1>())
         .def("rewind", &Motion::rewind, nb::arg("at"))
@@ -641,22 +644,23 @@ void bind_motion(nb::module_& module) {
             },
             nb::arg("times"))
         .def(
-            "footing", [](const Motion& self, double at) { return footing_of(self.footing(at)); },
+            "resting_state",
+            [](const Motion& self, double at) { return numbers_of(self.resting_state_at(at)); },
             nb::arg("at"))
         .def(
             "run_to_impact",
             [](Motion& self, double until, double horizon) {
                 const std::size_t known = self.impacts.size();
-                run_while(self, horizon, nb::none(), kBetweenLooks,
+                run_while(self, horizon, nb::none(), kBetweenChecks,
                           [&] { return self.impacts.size() == known && self.t < until; });
             },
             nb::arg("until"), nb::arg("horizon"))
-        .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("look").none(),
+        .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),
              nb::arg("every"))
         .def_prop_ro("impact_times",
                      [](const Motion& self) {
                          std::vector<double> times;
-                         for (const MetImpact& impact : self.impacts) times.push_back(impact.t);
+                         for (const MotionImpact& impact : self.impacts) times.push_back(impact.t);
                          return times;
                      })
         .def_ro("t", &Motion::t)
@@ -671,36 +675,36 @@ void bind_motion(nb::module_& module) {
         .def_prop_ro("impacts",
                      [](const Motion& self) {
                          nb::list found;
-                         for (const MetImpact& impact : self.impacts)
+                         for (const MotionImpact& impact : self.impacts)
                              found.append(impact_of(impact));
                          return found;
                      })
         // Of all impacts: times, codes, v before and after, which contacts touched, impulses.
         .def_prop_ro(
-            "met",
+            "impact_table",
             [](const Motion& self) {
                 const std::size_t contacts = self.scene().scene.contacts.size();
-                std::vector<double> times, before, after, touching, impulses;
+                std::vector<double> times, before, after, contact_gaps, impulses;
                 std::vector<int> codes;
-                for (const MetImpact& impact : self.impacts) {
+                for (const MotionImpact& impact : self.impacts) {
                     times.push_back(impact.t);
                     codes.push_back(impact.code);
                     before.insert(before.end(), impact.v.begin(), impact.v.end());
                     after.insert(after.end(), impact.after.begin(), impact.after.end());
                     std::vector<double> own(contacts);
                     for (int entry : impact.entries) own[entry] = 1.0;
-                    touching.insert(touching.end(), own.begin(), own.end());
+                    contact_gaps.insert(contact_gaps.end(), own.begin(), own.end());
                     impulses.insert(impulses.end(), impact.impulses.begin(), impact.impulses.end());
                 }
                 return nb::make_tuple(array_of(times), codes, array_of(before), array_of(after),
-                                      array_of(touching), array_of(impulses));
+                                      array_of(contact_gaps), array_of(impulses));
             })
         .def_prop_ro("rests",
                      [](const Motion& self) {
                          std::vector<std::tuple<int, double, double>> found;
-                         for (const Rested& r : self.rests)
+                         for (const RestInterval& r : self.rests)
                              found.emplace_back(r.entry, r.start, r.end);
-                         for (const Rested& r : self.resting())
+                         for (const RestInterval& r : self.resting())
                              found.emplace_back(r.entry, r.start, r.end);
                          return found;
                      })

@@ -71,13 +71,13 @@ struct Core {
         const V d = back(at.rotation, direction);
         const V out = d - shape.axis * dot(d, shape.axis);
         const double sine = length(out);
-        const V way = sine > 0.0 ? out * (1.0 / sine) : shape.across;
+        const V along = sine > 0.0 ? out * (1.0 / sine) : shape.across;
         double best = -std::numeric_limits<double>::infinity();
         int count = 0;
-        const auto each = [&](const auto& look) {
-            for (const V& p : shape.points) look(p);
+        const auto each = [&](const auto& use_point) {
+            for (const V& p : shape.points) use_point(p);
             for (const auto& c : shape.circles)
-                for (double sign : {1.0, -1.0}) look(c.centre + way * (sign * c.radius));
+                for (double sign : {1.0, -1.0}) use_point(c.centre + along * (sign * c.radius));
         };
         each([&](const V& p) { best = std::max(best, dot(p, d)); });
         each([&](const V& p) {
@@ -231,9 +231,9 @@ Simplex nearest_simplex(const Pair& pair, const V& n, const V& shift,
         const V point = simplex.sum() + shift;
         const double away = length(point);
         if (!(away > kResidual * pair.size) || away <= enough) break;
-        const V way = point * (1.0 / away);
-        const Corner next = corner_along(pair, way);
-        const double least = dot(next.at + shift, way);
+        const V along = point * (1.0 / away);
+        const Corner next = corner_along(pair, along);
+        const double least = dot(next.at + shift, along);
         if (away - least <= kGuess * away || least > enough) break;
         bool known = false;
         for (int i = 0; i < simplex.count; ++i) {
@@ -327,18 +327,18 @@ bool sharpen(const Pair& pair, Simplex simplex, V n, V& normal, Simplex& found) 
     merge(simplex);
     while (simplex.count > 0) {
         Simplex own = simplex;
-        V way = n;
+        V along = n;
         double g = dot(n, own.sum()), left = std::numeric_limits<double>::infinity();
         for (int k = 0; k < kMostSteps; ++k) {
-            left = newton_step(pair, own, way, g);
+            left = newton_step(pair, own, along, g);
             if (!(left > kResidual * pair.size) || !std::isfinite(left)) break;
         }
         int least = 0;
         for (int k = 1; k < own.count; ++k)
             if (own.corners[k].weight < own.corners[least].weight) least = k;
         if (left <= 100.0 * kResidual * pair.size && own.corners[least].weight >= -1e-9) {
-            if (std::abs(pair.separation(way) - g) > kAsGood * (1.0 + pair.size)) return false;
-            normal = way, found = own;
+            if (std::abs(pair.separation(along) - g) > kAsGood * (1.0 + pair.size)) return false;
+            normal = along, found = own;
             return true;
         }
         // A corner that pulls has no part in it.
@@ -371,10 +371,10 @@ Found climb(const Pair& pair, const V& start) {
         const double away = length(point);
         if (round == 0) best.simplex = guess;
         if (!(away > 0.0)) break;
-        const V way = point * (1.0 / away);
+        const V along = point * (1.0 / away);
         V sharp;
         Simplex own;
-        if (sharpen(pair, guess, way, sharp, own)) {
+        if (sharpen(pair, guess, along, sharp, own)) {
             const double further = pair.separation(sharp);
             if (further >= best.separation - kAsGood) {
                 if (further > best.separation) best.separation = further, best.normal = sharp;
@@ -382,12 +382,12 @@ Found climb(const Pair& pair, const V& start) {
                 break;
             }
         }
-        const double further = pair.separation(way);
+        const double further = pair.separation(along);
         if (!(further > best.separation + kResidual * pair.size)) {
             best.simplex = guess;
             break;
         }
-        best.separation = further, best.normal = way, best.simplex = guess;
+        best.separation = further, best.normal = along, best.simplex = guess;
     }
     return best;
 }
@@ -404,11 +404,11 @@ struct Ridge {
 std::vector<Ridge> ridges_of(const Core& core) {
     std::vector<Ridge> found;
     for (const Shape::Edge& e : core.shape.edges) {
-        const V way = core.shape.points[e.end] - core.shape.points[e.start];
+        const V along = core.shape.points[e.end] - core.shape.points[e.start];
         const V left = core.shape.faces[e.left].normal;
         const V right = e.right < 0 ? -left : core.shape.faces[e.right].normal;
         const Mat3<double>& turn = core.at.rotation;
-        found.push_back({turn * (way * (1.0 / length(way))), turn * left, turn * right});
+        found.push_back({turn * (along * (1.0 / length(along))), turn * left, turn * right});
     }
     return found;
 }
@@ -416,14 +416,14 @@ std::vector<Ridge> ridges_of(const Core& core) {
 // Every normal of a face of either, and those on which two edges cross. Of two polytopes these are
 // the edges that make a face of the difference of both: the arcs from the left to the right normal
 // of one and, turned round, of the other cross (Gregorius 2013).
-template <typename Take>
-void for_candidates(const Pair& pair, const Take& take) {
-    for (const V& axis : pair.b.shape.face_axes) take(axis, true);
-    for (const V& axis : pair.a.shape.face_axes) take(pair.a.at.rotation * axis, true);
+template <typename Use>
+void for_candidates(const Pair& pair, const Use& use) {
+    for (const V& axis : pair.b.shape.face_axes) use(axis, true);
+    for (const V& axis : pair.a.shape.face_axes) use(pair.a.at.rotation * axis, true);
     const auto cross_edges = [&](const V& e, const V& f) {
         const V turn = cross(e, f);
         const double sine = length(turn);
-        if (sine > kParallel) take(turn * (1.0 / sine), false);
+        if (sine > kParallel) use(turn * (1.0 / sine), false);
     };
     if (pair.a.shape.kind == Shape::polytope && pair.b.shape.kind == Shape::polytope) {
         const std::vector<Ridge> others = ridges_of(pair.b);
@@ -449,14 +449,14 @@ struct Guess {
 // The best of all candidates; of faces as good as edges the face. All are kept in `guesses`.
 Guess best_candidate(const Pair& pair, std::vector<Guess>* guesses) {
     Guess best{-std::numeric_limits<double>::infinity(), {0, 0, 1}};
-    const auto take = [&](const V& axis, bool of_face) {
+    const auto use = [&](const V& axis, bool of_face) {
         for (double sign : {1.0, -1.0}) {
             const Guess own{pair.separation(axis * sign), axis * sign};
             if (guesses) guesses->push_back(own);
             if (own.separation > best.separation + (of_face ? 0.0 : kAsGood)) best = own;
         }
     };
-    for_candidates(pair, take);
+    for_candidates(pair, use);
     return best;
 }
 
@@ -476,17 +476,17 @@ void add_all_around(const Pair& pair, std::vector<Guess>& guesses) {
         for (int y = -1; y <= 1; ++y) {
             for (int z = -1; z <= 1; ++z) {
                 if (!(x || y || z)) continue;
-                const V way =
+                const V along =
                     V{1.0 * x, 1.0 * y, 1.0 * z} * (1.0 / std::sqrt(x * x + y * y + z * z));
-                for (const V& n : {way, pair.a.at.rotation * way})
+                for (const V& n : {along, pair.a.at.rotation * along})
                     guesses.push_back({pair.separation(n), n});
             }
         }
     }
 }
 
-// Take what a climb found, if it is better; of as good ones the normal of the face before.
-bool take(Found& found, const Found& own) {
+// Use what a climb found, if it is better; of as good ones the normal of the face before.
+bool use(Found& found, const Found& own) {
     const bool better = own.separation > found.separation + kAsGood;
     if (better)
         found = own;
@@ -511,7 +511,7 @@ Found largest_separation(const Pair& pair, bool only_faces_and_edges) {
         guesses.push_back(middle);
         if (middle.separation > start.separation) start = middle;
     }
-    take(found, climb(pair, start.normal));
+    use(found, climb(pair, start.normal));
     // Apart there is one largest separation alone, and of polytopes all are known.
     if (polytopes || found.separation > 0.0) return found;
     add_all_around(pair, guesses);
@@ -524,7 +524,7 @@ Found largest_separation(const Pair& pair, bool only_faces_and_edges) {
         for (const V& n : started) known = known || dot(n, guess.normal) > kSameWay;
         if (known) continue;
         started.push_back(guess.normal);
-        take(found, climb(pair, guess.normal));
+        use(found, climb(pair, guess.normal));
     }
     return found;
 }
@@ -571,12 +571,12 @@ Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Place
     Part part;
     if (unknown && count == 2 && other_count == 2) {
         // Two edges, where they cross as seen along the normal.
-        const V way = own_ends[1] - own_ends[0], across = other_ends[1] - other_ends[0];
-        const V turn = cross(way, across);
+        const V along = own_ends[1] - own_ends[0], across = other_ends[1] - other_ends[0];
+        const V turn = cross(along, across);
         const double square = dot(turn, turn);
         const double s =
             square > 0.0 ? dot(cross(other_ends[0] - own_ends[0], across), turn) / square : 0.0;
-        one = own_ends[0] + way * std::min(std::max(s, 0.0), 1.0);
+        one = own_ends[0] + along * std::min(std::max(s, 0.0), 1.0);
         two = one - own.normal * own.separation;
     } else if (count == 1 || (unknown && count <= other_count)) {
         pair.a.reach(-own.normal, part);

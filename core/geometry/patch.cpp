@@ -65,8 +65,8 @@ struct Area {
         int best = 0;
         double away = std::numeric_limits<double>::infinity();
         for (int k = 0; k < static_cast<int>(corners.size()); ++k) {
-            const V2 way = corners[k] - place;
-            const double own = std::max(std::abs(way.x), std::abs(way.y));
+            const V2 along = corners[k] - place;
+            const double own = std::max(std::abs(along.x), std::abs(along.y));
             if (own < away) away = own, best = k;
         }
         return away <= kOnePoint ? levels[best] : level + dot(slope, place);
@@ -79,7 +79,7 @@ struct Spot {
 };
 
 // Of a polygon: in turn, and how it slopes.
-void close_polygon(Area& area, const Shape& shape, const V& way, const Frame& frame) {
+void close_polygon(Area& area, const Shape& shape, const V& along, const Frame& frame) {
     V2 middle;
     const double share = 1.0 / static_cast<double>(area.corners.size());
     double mean = 0.0;
@@ -100,12 +100,12 @@ void close_polygon(Area& area, const Shape& shape, const V& way, const Frame& fr
     }
     const Face* face = &shape.faces[0];
     for (const Face& own : shape.faces)
-        if (impulsekit::dot(own.normal, way) > impulsekit::dot(face->normal, way)) face = &own;
+        if (impulsekit::dot(own.normal, along) > impulsekit::dot(face->normal, along)) face = &own;
     area.slope = frame.flat(face->normal) * (-1.0 / impulsekit::dot(face->normal, frame.n));
     area.level = mean - dot(area.slope, middle);
     for (const Shape::Edge& edge : shape.edges) {
         const V e = shape.points[edge.end] - shape.points[edge.start];
-        const double up = impulsekit::dot(e, way), square = impulsekit::dot(e, e);
+        const double up = impulsekit::dot(e, along), square = impulsekit::dot(e, e);
         if (square - up * up > (1.0 - 2.0 * kSliver) * square) {
             area.across = frame.flat(e);
             break;
@@ -114,29 +114,29 @@ void close_polygon(Area& area, const Shape& shape, const V& way, const Frame& fr
 }
 
 // What of a shape is within `near` of what reaches furthest along ±n, in the half that looks there.
-Area area_of(const Shape& shape, const V& way, const Frame& frame, double near) {
-    near = std::min(near, 0.5 * (support(shape, way) + support(shape, -way)));
-    const V out = way - shape.axis * impulsekit::dot(way, shape.axis);
+Area area_of(const Shape& shape, const V& along, const Frame& frame, double near) {
+    near = std::min(near, 0.5 * (support(shape, along) + support(shape, -along)));
+    const V out = along - shape.axis * impulsekit::dot(along, shape.axis);
     const double sine = std::sqrt(impulsekit::dot(out, out));
-    const double top = support(shape, way) - shape.radius;
+    const double top = support(shape, along) - shape.radius;
     Area area;
     area.across = frame.flat(shape.across);
     const auto add = [&](const V& core) {
-        const V tip = core + way * shape.radius;
+        const V tip = core + along * shape.radius;
         area.corners.push_back(frame.flat(tip));
         area.levels.push_back(impulsekit::dot(tip, frame.n));
     };
     for (const V& p : shape.points)
-        if (impulsekit::dot(p, way) >= top - near) add(p);
+        if (impulsekit::dot(p, along) >= top - near) add(p);
     for (const Shape::Circle& c : shape.circles) {
-        if (impulsekit::dot(c.centre, way) + c.radius * sine < top - near) continue;
+        if (impulsekit::dot(c.centre, along) + c.radius * sine < top - near) continue;
         if (2.0 * c.radius * sine <= near) {
             const double up = impulsekit::dot(shape.axis, frame.n);
             Area disc;
             disc.across = area.across;
             disc.radius = c.radius;
             disc.slope = frame.flat(shape.axis) * (-1.0 / up);
-            const V middle = c.centre + way * shape.radius;
+            const V middle = c.centre + along * shape.radius;
             disc.corners = {frame.flat(middle)};
             disc.levels = {impulsekit::dot(middle, frame.n)};
             disc.level = disc.levels[0] - dot(disc.slope, disc.corners[0]);
@@ -146,12 +146,12 @@ Area area_of(const Shape& shape, const V& way, const Frame& frame, double near) 
     }
     if (shape.kind == Shape::ellipsoid) {
         V tip;
-        support(shape, way, &tip);
-        add(tip - way * shape.radius);
+        support(shape, along, &tip);
+        add(tip - along * shape.radius);
     }
     area.round = shape.radius + (shape.circles.size() > 1 ? shape.circles[0].radius : 0.0);
     if (area.corners.size() > 2) {
-        close_polygon(area, shape, way, frame);
+        close_polygon(area, shape, along, frame);
         return area;
     }
     if (area.corners.size() == 2) {
@@ -183,9 +183,9 @@ std::vector<Side> sides_of(const Area& area) {
     std::vector<Side> found;
     const std::size_t n = area.corners.size();
     for (std::size_t k = 0; k < n; ++k) {
-        const V2 way = area.corners[(k + 1) % n] - area.corners[k];
-        const double size = length(way);
-        if (size > 0.0) found.push_back({area.corners[k], V2{-way.y, way.x} * (1.0 / size)});
+        const V2 along = area.corners[(k + 1) % n] - area.corners[k];
+        const double size = length(along);
+        if (size > 0.0) found.push_back({area.corners[k], V2{-along.y, along.x} * (1.0 / size)});
     }
     return found;
 }
@@ -199,13 +199,13 @@ bool lies_in(const V2& place, const Area& area) {
 
 // The ends of what of a segment lies over an area, or beside it by so much.
 bool clip(const V2& start, const V2& end, const Area& area, double beside, std::vector<Spot>& out) {
-    const V2 way = end - start;
+    const V2 along = end - start;
     double low = 0.0, high = 1.0;
     if (area.radius > 0.0) {
         const V2 from = start - area.corners[0];
-        const double square = dot(way, way), r = area.radius + beside;
-        const double middle = square > 0.0 ? -dot(from, way) / square : 0.0;
-        const V2 foot = from + way * middle;
+        const double square = dot(along, along), r = area.radius + beside;
+        const double middle = square > 0.0 ? -dot(from, along) / square : 0.0;
+        const V2 foot = from + along * middle;
         const double rest = r * r - dot(foot, foot);
         if (rest < 0.0) return false;
         if (square > 0.0) {
@@ -215,15 +215,15 @@ bool clip(const V2& start, const V2& end, const Area& area, double beside, std::
     } else {
         for (const Side& side : sides_of(area)) {
             const double over = dot(side.inwards, start - side.corner) + beside;
-            const double rate = dot(side.inwards, way);
+            const double rate = dot(side.inwards, along);
             if (rate == 0.0 && over < 0.0) return false;
             if (rate > 0.0) low = std::max(low, -over / rate);
             if (rate < 0.0) high = std::min(high, -over / rate);
         }
     }
     if (low > high) return false;
-    out.push_back({start + way * low});
-    out.push_back({start + way * high});
+    out.push_back({start + along * low});
+    out.push_back({start + along * high});
     return true;
 }
 
@@ -306,13 +306,13 @@ void add_arcs(const Area& disc, const Area& area, std::vector<Spot>& out) {
     const double r = disc.radius;
     std::vector<Arc> cuts;
     if (area.radius > 0.0) {
-        const V2 way = middle - area.corners[0];
-        const double apart = length(way);
+        const V2 along = middle - area.corners[0];
+        const double apart = length(along);
         if (apart + r > area.radius + kWithin && apart > 0.0) {
             const double cosine =
                 (area.radius * area.radius - r * r - apart * apart) / (2.0 * r * apart);
             if (cosine <= -1.0) return;
-            if (cosine < 1.0) cuts.push_back({std::atan2(way.y, way.x), std::acos(cosine)});
+            if (cosine < 1.0) cuts.push_back({std::atan2(along.y, along.x), std::acos(cosine)});
         }
     } else {
         for (const Side& side : sides_of(area)) {
@@ -390,8 +390,8 @@ std::vector<PatchPoint> patch_of(const Shape& a, const Shape& b, double gap, con
     std::vector<V2> places;
     const auto add = [&](const V2& place, double here) {
         for (const V2& known : places) {
-            const V2 way = place - known;
-            if (std::max(std::abs(way.x), std::abs(way.y)) <= kOnePoint) return;
+            const V2 along = place - known;
+            if (std::max(std::abs(along.x), std::abs(along.y)) <= kOnePoint) return;
         }
         places.push_back(place);
         found.push_back({frame.t * place.x + frame.s * place.y + normal * level, here});

@@ -29,7 +29,7 @@ void separate(const Shape& a, const Placement& pa, const Shape& b, const Placeme
 Placement relative_to(const Placement& pb, const Placement& pa);
 
 // A shape in the axes of another joint, which is placed there.
-Shape moved(const Shape& shape, const Placement& at);
+Shape placed(const Shape& shape, const Placement& at);
 
 // A point of a patch, halfway between the surfaces, and its gap [m].
 struct PatchPoint {

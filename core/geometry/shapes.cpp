@@ -196,10 +196,10 @@ double support(const Shape& shape, const V& d, V* point) {
     if (!shape.circles.empty()) {
         const V out = d - shape.axis * dot(d, shape.axis);
         const double sine = length(out);
-        const V way = sine > 0.0 ? out * (1.0 / sine) : shape.across;
+        const V along = sine > 0.0 ? out * (1.0 / sine) : shape.across;
         for (const Shape::Circle& c : shape.circles) {
             const double height = dot(c.centre, d) + c.radius * sine;
-            if (height > best) best = height, at = c.centre + way * c.radius;
+            if (height > best) best = height, at = c.centre + along * c.radius;
         }
     }
     if (point) *point = at + d * shape.radius;

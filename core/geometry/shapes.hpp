@@ -112,7 +112,7 @@ struct Feature {
 
     bool operator==(const Feature& other) const;
 };
-struct TouchPoint {
+struct ContactPoint {
     Feature feature;
     Vec3<double> point, normal;  // world; halfway between the surfaces, from the other to the first
     double gap = 0.0;
@@ -122,11 +122,12 @@ bool is_named(const Feature& feature, const std::vector<Shape>& first,
               const std::vector<Shape>& other);
 // Adds the points at which two bodies are no further apart than `margin` [m]: the ends of what
 // their surfaces share, piece by piece.
-void touching(const std::vector<Shape>& first, const Placement& pa, const std::vector<Shape>& other,
-              const Placement& pb, double margin, std::vector<TouchPoint>& found);
+void contact_points(const std::vector<Shape>& first, const Placement& pa,
+                    const std::vector<Shape>& other, const Placement& pb, double margin,
+                    std::vector<ContactPoint>& found);
 // A named point at other placements, smooth in them. `inside` is how far it is from where its face
 // or edges end [m], negative beyond, infinite where nothing ends.
-TouchPoint follow(const Feature& feature, const std::vector<Shape>& first, const Placement& pa,
-                  const std::vector<Shape>& other, const Placement& pb, double* inside = nullptr);
+ContactPoint follow(const Feature& feature, const std::vector<Shape>& first, const Placement& pa,
+                    const std::vector<Shape>& other, const Placement& pb, double* inside = nullptr);
 
 }  // namespace impulsekit

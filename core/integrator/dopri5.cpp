@@ -29,7 +29,7 @@ constexpr double kDense[kStages] = {-12715105075.0 / 11282082432.0,  0.0,
 }  // namespace
 
 // A step of length h from y, whose rate stands in k_, to end_; its error over what is allowed.
-double Stepper::dopri5(const Rate& f, const std::function<void(double*)>& settle, double t,
+double Stepper::dopri5(const Rate& f, const std::function<void(double*)>& project, double t,
                        const double* y, double h, Step& found) {
     for (int s = 1; s < kStages; ++s) {
         double* to = s == kStages - 1 ? end_.data() : trial_.data();
@@ -38,7 +38,7 @@ double Stepper::dopri5(const Rate& f, const std::function<void(double*)>& settle
             for (int i = 0; i < s; ++i) sum += kWeights[s][i] * k_[i * n_ + j];
             to[j] = y[j] + h * sum;
         }
-        if (s == kStages - 1) settle(to);
+        if (s == kStages - 1) project(to);
         if (!f(t + kPlaces[s] * h, to, k_.data() + s * n_)) return INFINITY;
     }
     found.begin_at(t, h, y, n_);

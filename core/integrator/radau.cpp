@@ -46,23 +46,23 @@ constexpr int kGrowths = 8;
 void Stepper::differentiate(const Rate& f, double t, const double* y, const double* rate) {
     Arena::Scope scope(scratch());
     J_.resize(n_ * n_);
-    double *moved = scratch().allocate(n_), *other = scratch().allocate(n_);
-    std::copy(y, y + n_, moved);
+    double *vector = scratch().allocate(n_), *other = scratch().allocate(n_);
+    std::copy(y, y + n_, vector);
     for (int j = 0; j < n_; ++j) {
         const double step = kDifference * std::max(1.0, std::abs(y[j]));
-        moved[j] = y[j] + step;
-        if (!f(t, moved, other)) std::copy(rate, rate + n_, other);
+        vector[j] = y[j] + step;
+        if (!f(t, vector, other)) std::copy(rate, rate + n_, other);
         for (int i = 0; i < n_; ++i) J_[i * n_ + j] = (other[i] - rate[i]) / step;
-        moved[j] = y[j];
+        vector[j] = y[j];
     }
     // The largest of its eigenvalues in size, by how a vector grows.
-    std::fill(moved, moved + n_, 1.0);
+    std::fill(vector, vector + n_, 1.0);
     double grown = 0.0;
     for (int round = 0; round < 2 * kGrowths; ++round) {
-        for (int i = 0; i < n_; ++i) other[i] = dot(J_.data() + i * n_, moved, n_);
+        for (int i = 0; i < n_; ++i) other[i] = dot(J_.data() + i * n_, vector, n_);
         const double size = std::sqrt(dot(other, other, n_));
         if (!(size > 0.0)) break;
-        for (int i = 0; i < n_; ++i) moved[i] = other[i] / size;
+        for (int i = 0; i < n_; ++i) vector[i] = other[i] / size;
         if (round >= kGrowths) grown += std::log(size) / kGrowths;
     }
     fastest_ = std::exp(grown);
@@ -156,7 +156,7 @@ void Stepper::keep_cubic(double t, const double* y, double h, const double* Z, S
     }
 }
 
-bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& settle, double t,
+bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& project, double t,
                        double* y, double* rate, double longest, Step& found) {
     Arena::Scope scope(scratch());
     double *Z = scratch().allocate(3 * n_), *off = scratch().allocate(n_);
@@ -188,7 +188,7 @@ bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& settle
         }
         if (size <= 1.0) {
             for (int j = 0; j < n_; ++j) end_[j] = y[j] + Z[2 * n_ + j];
-            settle(end_.data());
+            project(end_.data());
             if (f(t + h, end_.data(), trial_.data())) {
                 const double factor = std::min(
                     failed ? 1.0 : kMost,

@@ -128,18 +128,18 @@ void Stepper::note_stiffness(double h) {
         stiff_ = 0;
 }
 
-bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
+bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || stiff_ >= kStiff;
     is_dopri5_ = false;
-    if (implicit_) return implicit(f, settle, t, y, rate, longest, found);
-    if (method_ != Method::dop853) return fixed(f, settle, t, y, rate, longest, found);
+    if (implicit_) return implicit(f, project, t, y, rate, longest, found);
+    if (method_ != Method::dop853) return fixed(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     double h = std::min(next, longest);
     // What is left behind a step is no crumb.
     if (h < longest && 1.01 * h >= longest) h = longest;
     if (longest < reach_ * next && longest > shortest_step(t)) {
-        const double size = dopri5(f, settle, t, y, longest, found);
+        const double size = dopri5(f, project, t, y, longest, found);
         const double factor = std::min(kMost, std::max(kLeast, kSafety * std::pow(size, -0.2)));
         reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
         is_dopri5_ = size <= 1.0;
@@ -156,7 +156,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& settle, do
         double size = INFINITY;
         if (stages(f, t, y, h, end_.data())) {
             double* last = k_.data() + dop853::stages * n_;
-            settle(end_.data());
+            project(end_.data());
             size = f(t + h, end_.data(), last) ? error(y, end_.data(), h) : INFINITY;
             if (size <= 1.0) note_stiffness(h);
         }
@@ -204,7 +204,7 @@ bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& foun
 }
 
 // Fixed steps: their dense output is the cubic through both ends.
-bool Stepper::fixed(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
+bool Stepper::fixed(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                     double* rate, double longest, Step& found) {
     const double h = std::min(fixed_length_, longest);
     double *k1 = k_.data(), *k2 = k1 + n_, *k3 = k2 + n_, *k4 = k3 + n_;
@@ -224,7 +224,7 @@ bool Stepper::fixed(const Rate& f, const std::function<void(double*)>& settle, d
         if (!f(t, trial_.data(), k2)) return false;
         for (int j = 0; j < n_; ++j) end_[j] = j < places_ ? y[j] + h * k2[j] : trial_[j];
     }
-    settle(end_.data());
+    project(end_.data());
     double* last = k_.data() + dop853::stages * n_;
     if (!f(t + h, end_.data(), last)) return false;
     found.begin_at(t, h, y, n_);

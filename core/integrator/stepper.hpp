@@ -47,7 +47,7 @@ class Stepper {
     // A step from y, whose rate is known, of at most `longest` [s]; false where none is short
     // enough. `y` and `rate` are then those of the end, unless rates fail there. `settle`: brings
     // y onto its manifold.
-    bool step(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
+    bool step(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
               double* rate, double longest, Step& found);
     // Behind an event: what was stiff may be no more.
     void restart() {
@@ -74,16 +74,16 @@ class Stepper {
                                             : std::max(std::abs(before), std::abs(after));
         return accuracy_.atol + accuracy_.rtol * size;
     }
-    double dopri5(const Rate& f, const std::function<void(double*)>& settle, double t,
+    double dopri5(const Rate& f, const std::function<void(double*)>& project, double t,
                   const double* y, double h, Step& found);
     void note_stiffness(double h);
-    bool implicit(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
+    bool implicit(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                   double* rate, double longest, Step& found);
     bool collocate(const Rate& f, double t, const double* y, double h, double* Z);
     void differentiate(const Rate& f, double t, const double* y, const double* rate);
     void foresee(double t, double h, double* Z) const;
     void keep_cubic(double t, const double* y, double h, const double* Z, Step& found) const;
-    bool fixed(const Rate& f, const std::function<void(double*)>& settle, double t, double* y,
+    bool fixed(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                double* rate, double longest, Step& found);
 
     Method method_;

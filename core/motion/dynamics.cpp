@@ -25,10 +25,12 @@ constexpr int kRefinements = 2;
 
 // The direction in which something slides. Within a step that goes on beyond where it stops, what
 // turns back has the direction that it came with: forces are smooth up to the stop and beyond.
-void along_way(const double* speeds, double speed, double slow, const Slide& slide, double* way) {
-    const double ahead = speeds[0] * slide.way[0] + speeds[1] * slide.way[1];
+void slip_direction(const double* speeds, double speed, double slow, const SlipState& slip_state,
+                    double* direction) {
+    const double ahead = speeds[0] * slip_state.direction[0] + speeds[1] * slip_state.direction[1];
     for (int j = 0; j < 2; ++j)
-        way[j] = speed > slow ? std::copysign(1.0, ahead) * speeds[j] / speed : slide.way[j];
+        direction[j] =
+            speed > slow ? std::copysign(1.0, ahead) * speeds[j] / speed : slip_state.direction[j];
 }
 
 }  // namespace
@@ -36,15 +38,15 @@ void along_way(const double* speeds, double speed, double slow, const Slide& sli
 Dynamics::Dynamics(const MotionScene& own)
     : scene(own),
       tree(*own.scene.model),
-      holding(own.scene, own.entries, own.driven_places, own.driven_speeds, own.holding),
-      touching(own.scene, own.law, own.bodies, own.touching, own.conditional),
+      constraints(own.scene, own.entries, own.driven_places, own.driven_speeds, own.constraints),
+      contact_gaps(own.scene, own.law, own.bodies, own.contact_gaps, own.conditional),
       kinks(own.forces) {
     const int nv = own.scene.model->nv;
     M_.resize(nv * nv);
     load_.resize(nv);
     start_.resize(nv);
-    multipliers.resize(holding.rows());
-    unique.assign(holding.rows(), 1);
+    multipliers.resize(constraints.rows());
+    unique.assign(constraints.rows(), 1);
     dry_torque.assign(own.dry.size(), 0.0);
     dry_rate.assign(own.dry.size(), 0.0);
     dense_.resize(nv);
@@ -52,7 +54,7 @@ Dynamics::Dynamics(const MotionScene& own)
 }
 
 double Dynamics::static_friction(int entry) const {
-    if (touching.is_elliptic(entry)) return 1.0;
+    if (contact_gaps.is_elliptic(entry)) return 1.0;
     return scene.law.contacts[entry].friction;
 }
 
@@ -68,7 +70,7 @@ bool Dynamics::has_drop(int entry) const {
     return kind == Friction::Kind::static_kinetic || kind == Friction::Kind::by_speed;
 }
 
-void Dynamics::look(const double* q, const double* v, bool rates) {
+void Dynamics::set_state(const double* q, const double* v, bool rates) {
     tree.place(q);
     tree.move(v);
     if (!rates) return;
@@ -82,14 +84,15 @@ const std::vector<double>& Dynamics::mass_matrix() {
     return M_;
 }
 
-bool Dynamics::moved(const double* rows, int count, const double* change, double* dv) {
+bool Dynamics::velocity_correction(const double* rows, int count, const double* change,
+                                   double* dv) {
     const int nv = scene.scene.model->nv;
     std::fill(dv, dv + nv, 0.0);
     if (count == 0) return true;
     mass_matrix();
     Arena::Scope scope(scratch());
     double *half = scratch().allocate(count * nv), *x = scratch().allocate(count),
-           *lacking = scratch().allocate(count);
+           *shortfall = scratch().allocate(count);
     filled_ = !mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv);
     if (filled_) {
         // Rows stand in for the inertia that is missing.
@@ -103,14 +106,14 @@ bool Dynamics::moved(const double* rows, int count, const double* change, double
     int* vectors = scratch().allocate_int(count);
     for (int r = 0; r < count; ++r) vectors[r] = r;
     const BilateralRows own(half, count, nv, vectors);
-    own.solve(change, x, lacking);
+    own.solve(change, x, shortfall);
     add_transposed(half, count, nv, x, dv);
     mass_.rest(dv);
     return true;
 }
 
 // τ − h: forces, weight, and what velocities ask for; the tree is left with rates.
-void Dynamics::write_load(double t, const double* q, const double* v, const Rest& rest) {
+void Dynamics::write_load(double t, const double* q, const double* v, const RestingState& rest) {
     const int nv = scene.scene.model->nv;
     std::fill(load_.begin(), load_.end(), 0.0);
     std::fill(tree.wrench.begin(), tree.wrench.end(), Spatial<double>{});
@@ -132,8 +135,8 @@ void Dynamics::write_load(double t, const double* q, const double* v, const Rest
 }
 
 // M, or where it is singular M + Σ aᵀa/s with the rows that hold and what they ask for.
-bool Dynamics::factor_mass(const double* wanted) {
-    const int nv = scene.scene.model->nv, m = holding.rows();
+bool Dynamics::factor_mass(const double* target) {
+    const int nv = scene.scene.model->nv, m = constraints.rows();
     mass_matrix();
     filled_ = false;
     if (mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv)) return true;
@@ -142,7 +145,7 @@ bool Dynamics::factor_mass(const double* wanted) {
     for (int k = 0; k < nv; ++k) heaviest = std::max(heaviest, M_[k * nv + k]);
     std::vector<double> M = M_;
     for (int r = 0; r < m; ++r) {
-        const double* row = holding.A() + r * nv;
+        const double* row = constraints.A() + r * nv;
         double size = 0.0;
         for (int k = 0; k < nv; ++k) {
             const double own = M_[k * nv + k];
@@ -150,7 +153,7 @@ bool Dynamics::factor_mass(const double* wanted) {
         }
         if (!(size > 0.0)) continue;
         for (int i = 0; i < nv; ++i) {
-            load_[i] += row[i] * wanted[r] / size;
+            load_[i] += row[i] * target[r] / size;
             for (int j = 0; j < nv; ++j) M[i * nv + j] += row[i] * row[j] / size;
         }
     }
@@ -159,39 +162,39 @@ bool Dynamics::factor_mass(const double* wanted) {
 
 // Adds to `start`, half-solved, what the multipliers give that bring rows to the target, and
 // to them; false where rows contradict each other.
-bool Dynamics::eliminate(double* start, const double* wanted) {
-    const int nv = scene.scene.model->nv, m = holding.rows();
+bool Dynamics::eliminate(double* start, const double* target) {
+    const int nv = scene.scene.model->nv, m = constraints.rows();
     Arena::Scope scope(scratch());
     double *left = scratch().allocate(m), *more = scratch().allocate(m),
-           *lacking = scratch().allocate(m);
+           *shortfall = scratch().allocate(m);
     for (int round = 0; round <= kRefinements; ++round) {
         double off = 0.0, terms = 0.0;
         for (int r = 0; r < m; ++r) {
             const double own = dot(half_rows_.data() + r * nv, start, nv);
-            left[r] = wanted[r] - own;
+            left[r] = target[r] - own;
             off = std::max(off, std::abs(left[r]));
-            terms = std::max(terms, std::abs(wanted[r]) + std::abs(own));
+            terms = std::max(terms, std::abs(target[r]) + std::abs(own));
         }
         if (off <= tolerance::rounding * terms) break;
-        held_->solve(left, more, lacking);
-        if (round == 0 && largest(lacking, m) > kContradiction * terms + kRounded * squares_)
+        held_->solve(left, more, shortfall);
+        if (round == 0 && largest(shortfall, m) > kContradiction * terms + kRounded * squares_)
             return false;
         for (int r = 0; r < m; ++r) multipliers[r] += more[r];
         add_transposed(half_rows_.data(), m, nv, more, start);
-        if (round == 0 && largest(lacking, m) > 0.1 * off) break;
+        if (round == 0 && largest(shortfall, m) > 0.1 * off) break;
     }
     return true;
 }
 
 // J and its bias: points, turning, joints that keep still.
-void Dynamics::write_rest_rows(const double* q, const double* v, const Rest& rest) {
+void Dynamics::write_rest_rows(const double* q, const double* v, const RestingState& rest) {
     const int nv = scene.scene.model->nv, n = static_cast<int>(rest.points.size());
     turning_points.clear();
     for (int i = 0; i < n; ++i)
-        if (touching.gaps()[rest.points[i].gap].turns) turning_points.push_back(i);
+        if (contact_gaps.gaps()[rest.points[i].gap].turns) turning_points.push_back(i);
     const int k = static_cast<int>(turning_points.size());
     int still = 0;
-    for (signed char way : rest.dry) still += way == 0;
+    for (signed char direction : rest.dry) still += direction == 0;
     rows_ = 3 * (n + k) + still;
     J_.assign(rows_ * nv, 0.0);
     bias_.assign(rows_, 0.0);
@@ -199,9 +202,9 @@ void Dynamics::write_rest_rows(const double* q, const double* v, const Rest& res
     for (int i = 0; i < n; ++i) {
         const bool turns = next < k && turning_points[next] == i;
         const int row = 3 * (n + next);
-        touching.rows(tree, rest.points[i], q, v, J_.data() + 3 * i * nv,
-                      turns ? J_.data() + row * nv : nullptr, bias_.data() + 3 * i,
-                      turns ? bias_.data() + row : nullptr);
+        contact_gaps.rows(tree, rest.points[i], q, v, J_.data() + 3 * i * nv,
+                          turns ? J_.data() + row * nv : nullptr, bias_.data() + 3 * i,
+                          turns ? bias_.data() + row : nullptr);
         next += turns;
     }
     int row = 3 * (n + k);
@@ -209,48 +212,49 @@ void Dynamics::write_rest_rows(const double* q, const double* v, const Rest& res
         if (rest.dry[j] == 0) J_[row++ * nv + scene.dry[j].v] = 1.0;
 }
 
-Trouble Dynamics::accelerate(double t, const double* q, const double* v, Rest& rest, double* a) {
+DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v, RestingState& rest,
+                                     double* a) {
     ++evaluations;
-    const int nv = scene.scene.model->nv, m = holding.rows();
+    const int nv = scene.scene.model->nv, m = constraints.rows();
     velocity_ = v;
-    look(q, v);
+    set_state(q, v);
     write_load(t, q, v, rest);
     Arena::Scope scope(scratch());
-    double *wanted = scratch().allocate(m), *speed = scratch().allocate(m);
+    double *target = scratch().allocate(m), *speed = scratch().allocate(m);
     if (m > 0) {
-        holding.fill(tree, q, v);
-        holding.speeds(t, speed, wanted);
-        for (int r = 0; r < m; ++r) wanted[r] -= holding.bias()[r];
+        constraints.fill(tree, q, v);
+        constraints.speeds(t, speed, target);
+        for (int r = 0; r < m; ++r) target[r] -= constraints.bias()[r];
         const double fastest = largest(v, nv);
-        squares_ = largest(holding.A(), m * nv) * fastest * fastest;
+        squares_ = largest(constraints.A(), m * nv) * fastest * fastest;
     }
-    if (!factor_mass(wanted)) return Trouble::singular_mass;
+    if (!factor_mass(target)) return DynamicsFailure::singular_mass;
     double* start = start_.data();
     std::copy(load_.begin(), load_.end(), start);
     mass_.half(start);
     std::fill(multipliers.begin(), multipliers.end(), 0.0);
     if (m > 0) {
-        half_rows_.assign(holding.A(), holding.A() + m * nv);
+        half_rows_.assign(constraints.A(), constraints.A() + m * nv);
         for (int r = 0; r < m; ++r) mass_.half(half_rows_.data() + r * nv);
-        held_ = std::make_shared<BilateralRows>(half_rows_.data(), m, nv, holding.vectors(),
-                                                holding.wider());
+        held_ = std::make_shared<BilateralRows>(half_rows_.data(), m, nv, constraints.vectors(),
+                                                constraints.wider());
         unique = held_->unique();
-        if (!eliminate(start, wanted)) return Trouble::contradiction;
+        if (!eliminate(start, target)) return DynamicsFailure::contradiction;
     }
     if (rest.acts()) {
         write_rest_rows(q, v, rest);
-        const Trouble trouble = rest_forces(rest, start, wanted);
-        if (trouble != Trouble::none) return trouble;
+        const DynamicsFailure failure = rest_forces(rest, start, target);
+        if (failure != DynamicsFailure::none) return failure;
     } else {
         F.clear(), rate.clear(), slip.clear(), moment.clear(), turn_rate.clear(), turning.clear();
     }
     std::copy(start, start + nv, a);
     mass_.rest(a);
-    return Trouble::none;
+    return DynamicsFailure::none;
 }
 
-Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
-    const int nv = scene.scene.model->nv, m = holding.rows();
+DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const double* target) {
+    const int nv = scene.scene.model->nv, m = constraints.rows();
     const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
     Arena::Scope scope(scratch());
     half_contacts_ = J_;
@@ -287,13 +291,13 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.points = n;
     p.turning = k;
     p.joints = rows_ - 3 * (n + k);
-    double *reach = scratch().allocate(n + 2 * k), *way = scratch().allocate(2 * (n + 2 * k)),
+    double *reach = scratch().allocate(n + 2 * k), *direction = scratch().allocate(2 * (n + 2 * k)),
            *bound = scratch().allocate(p.joints), *pull = scratch().allocate(n);
     char* pressed = reinterpret_cast<char*>(scratch().allocate(n));
     size = 0.0;
     for (int i = 0; i < n; ++i) {
-        const RestPoint& point = rest.points[i];
-        const int entry = touching.gaps()[point.gap].entry;
+        const RestingContact& point = rest.points[i];
+        const int entry = contact_gaps.gaps()[point.gap].entry;
         for (int j = 0; j < 3; ++j)
             slip[3 * i + j] = dot(J_.data() + (3 * i + j) * nv, velocity_, nv);
         pressed[i] = point.pressed;
@@ -301,7 +305,7 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
         if (point.slip.moves && !point.slip.begins()) {
             const double speed = std::hypot(slip[3 * i], slip[3 * i + 1]);
             reach[i] = sliding_friction(entry, speed);
-            along_way(&slip[3 * i], speed, slow, point.slip, way + 2 * i);
+            slip_direction(&slip[3 * i], speed, slow, point.slip, direction + 2 * i);
         }
         if (!scene.pulls.empty()) pull[i] = scene.pulls[entry];
     }
@@ -315,16 +319,17 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
             size = std::max(size, W[(3 * i + 2) * (rows_ + 1)] * pull[i]);
         }
     for (int c = 0; c < k; ++c) {
-        const RestPoint& point = rest.points[turning_points[c]];
-        const ContactCoefficients& own = scene.law.contacts[touching.gaps()[point.gap].entry];
+        const RestingContact& point = rest.points[turning_points[c]];
+        const ContactCoefficients& own = scene.law.contacts[contact_gaps.gaps()[point.gap].entry];
         const int row = 3 * (n + c), roll = n + 2 * c;
         for (int j = 0; j < 3; ++j)
             turning[3 * c + j] = dot(J_.data() + (row + j) * nv, velocity_, nv);
         reach[roll] = own.rolling;
         reach[roll + 1] = own.torsion;
         const double speed = std::hypot(turning[3 * c], turning[3 * c + 1]);
-        if (point.roll.moves) along_way(&turning[3 * c], speed, slow, point.roll, way + 2 * roll);
-        if (point.spin.moves) way[2 * (roll + 1)] = point.spin.way[0];
+        if (point.roll.moves)
+            slip_direction(&turning[3 * c], speed, slow, point.roll, direction + 2 * roll);
+        if (point.spin.moves) direction[2 * (roll + 1)] = point.spin.direction[0];
     }
     int joint = 0;
     for (std::size_t j = 0; j < rest.dry.size(); ++j)
@@ -332,11 +337,11 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
     p.W = W;
     p.b = free;
     p.reach = reach;
-    p.way = way;
+    p.direction = direction;
     p.turning_of = turning_points.data();
     p.bound = bound;
     double *force = scratch().allocate(rows_), *rates = scratch().allocate(rows_);
-    if (!solve_rest(p, pressed, force, rates)) return Trouble::rest_not_solved;
+    if (!solve_rest(p, pressed, force, rates)) return DynamicsFailure::rest_not_solved;
     for (int i = 0; i < n; ++i) {
         rest.points[i].pressed = pressed[i];
         force[3 * i + 2] -= pull[i];
@@ -352,8 +357,8 @@ Trouble Dynamics::rest_forces(Rest& rest, double* start, const double* wanted) {
             dry_rate[j] = rates[joint++];
         }
     add_transposed(half_contacts_.data(), rows_, nv, force, start);
-    if (m > 0 && !eliminate(start, wanted)) return Trouble::contradiction;
-    return Trouble::none;
+    if (m > 0 && !eliminate(start, target)) return DynamicsFailure::contradiction;
+    return DynamicsFailure::none;
 }
 
 }  // namespace impulsekit

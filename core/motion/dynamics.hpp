@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "impact/bilateral.hpp"
+#include "motion/bilateral_constraints.hpp"
+#include "motion/contact_gaps.hpp"
 #include "motion/forces.hpp"
-#include "motion/holding.hpp"
-#include "motion/touching.hpp"
 #include "spatial/mass_factor.hpp"
 
 namespace impulsekit {
@@ -21,14 +21,14 @@ struct DryJoint {
 
 // What rests: points, and joints with dry friction (−1, 1: it moves that way; 0: it keeps still);
 // and the torques that are set from outside meanwhile.
-struct Rest {
-    std::vector<RestPoint> points;
+struct RestingState {
+    std::vector<RestingContact> points;
     std::vector<signed char> dry;
     std::vector<double> controls;  // (nv), or none
 
     bool acts() const {
-        for (signed char way : dry)
-            if (way == 0) return true;
+        for (signed char direction : dry)
+            if (direction == 0) return true;
         return !points.empty();
     }
 };
@@ -41,8 +41,8 @@ struct MotionScene {
     double gravity[3] = {};
     int entries = 0;  // of the scene's bilateral entries those that hold between impacts
     std::vector<char> driven_places, driven_speeds;
-    HoldingFunctions holding;
-    TouchingFunctions touching;
+    ConstraintFunctions constraints;
+    GapFunctions contact_gaps;
     std::vector<Bodies> bodies;     // (contacts)
     std::vector<double> pulls;      // (contacts) force that holds it to what it touches [N]
     std::vector<char> conditional;  // (contacts)
@@ -53,7 +53,7 @@ struct MotionScene {
 // contact forces.
 inline constexpr double kTorn = 1e-8;
 
-enum class Trouble { none, singular_mass, contradiction, rest_not_solved };
+enum class DynamicsFailure { none, singular_mass, contradiction, rest_not_solved };
 
 class Dynamics {
   public:
@@ -61,8 +61,8 @@ class Dynamics {
 
     const MotionScene& scene;
     Tree<double> tree;
-    Holding holding;
-    Touching touching;
+    BilateralConstraints constraints;
+    ContactGaps contact_gaps;
     Kinks kinks;
     // Slip below this [m/s] has no direction of its own.
     double slow = 1e-9;
@@ -78,13 +78,14 @@ class Dynamics {
     double size = 0.0;  // the largest acceleration of what rests without its forces
 
     // v̇ (nv) at a state under what rests; `pressed` of points is updated.
-    Trouble accelerate(double t, const double* q, const double* v, Rest& rest, double* a);
+    DynamicsFailure accelerate(double t, const double* q, const double* v, RestingState& rest,
+                               double* a);
 
     // Places and twists at a state, and with `rates` accelerations at no joint acceleration.
-    void look(const double* q, const double* v, bool rates = false);
+    void set_state(const double* q, const double* v, bool rates = false);
     // The velocity change (nv), least in the metric of M, that changes rows (count, nv) by
     // `change`; the tree with places.
-    bool moved(const double* rows, int count, const double* change, double* dv);
+    bool velocity_correction(const double* rows, int count, const double* change, double* dv);
     // M (nv, nv) at the tree's places.
     const std::vector<double>& mass_matrix();
 
@@ -94,11 +95,11 @@ class Dynamics {
     bool has_drop(int entry) const;  // whether friction falls where slip begins
 
   private:
-    void write_load(double t, const double* q, const double* v, const Rest& rest);
-    bool factor_mass(const double* wanted);
-    bool eliminate(double* start, const double* wanted);
-    void write_rest_rows(const double* q, const double* v, const Rest& rest);
-    Trouble rest_forces(Rest& rest, double* start, const double* wanted);
+    void write_load(double t, const double* q, const double* v, const RestingState& rest);
+    bool factor_mass(const double* target);
+    bool eliminate(double* start, const double* target);
+    void write_rest_rows(const double* q, const double* v, const RestingState& rest);
+    DynamicsFailure rest_forces(RestingState& rest, double* start, const double* target);
 
     MassFactor mass_;
     std::shared_ptr<const BilateralRows> held_;

@@ -141,28 +141,29 @@ double first_zero(const Step& step, double until, bool smooth, Measure measure, 
 }  // namespace
 
 GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
-    look(step, at);
+    set_state(step, at);
     if (ahead) ahead->base = base_[gap];
-    GapState found = dynamics_.touching.measure(dynamics_.tree, dynamics_.touching.gaps()[gap],
-                                                here_.data(), here_.data() + nq(), ahead);
+    GapState found =
+        dynamics_.contact_gaps.measure(dynamics_.tree, dynamics_.contact_gaps.gaps()[gap],
+                                       here_.data(), here_.data() + nq(), ahead);
     found.gap -= base_[gap];
     if (passing_[gap]) found.gap = -found.gap, found.rate = -found.rate, found.free = 0.0;
     return found;
 }
 
 double Motion::first_closing(const Step& step, int gap, double until, double& unsure) {
-    const Contact::Kind kind = dynamics_.touching.gaps()[gap].kind;
+    const Contact::Kind kind = dynamics_.contact_gaps.gaps()[gap].kind;
     const bool smooth = kind != Contact::shapes && kind != Contact::ball;
     Ahead ahead{0.0, INFINITY};
     return first_zero(
         step, until, smooth, [&](double at) { return gap_at(step, gap, at, &ahead); },
         [&](const GapState* nodes, double apart) {
-            const Touching& touching = dynamics_.touching;
+            const ContactGaps& contact_gaps = dynamics_.contact_gaps;
             ahead.acceleration = 0.0;
             for (int i = 0; i < 2 && !smooth; ++i)
                 ahead.acceleration = std::max(
-                    ahead.acceleration,
-                    touching.acceleration(touching.gaps()[gap], nodes[i], nodes[i + 1], apart));
+                    ahead.acceleration, contact_gaps.acceleration(contact_gaps.gaps()[gap],
+                                                                  nodes[i], nodes[i + 1], apart));
         },
         unsure);
 }
@@ -190,7 +191,7 @@ double Motion::first_elsewhere(const Step& step, int gap, double until) {
 // its way, points that do not lift or leave their faces, joints that move.
 void Motion::margins(const Step& step, double at, std::vector<double>& found) {
     found.clear();
-    look(step, at);
+    set_state(step, at);
     const double *q = here_.data(), *v = q + nq();
     const Tree<double>& tree = dynamics_.tree;
     for (int k = 0; k < dynamics_.kinks.count(); ++k)
@@ -205,44 +206,48 @@ void Motion::margins(const Step& step, double at, std::vector<double>& found) {
     };
     write_tears(at, q, v, tears);
     found.insert(found.end(), tears.begin(), tears.end());
-    for (const RestPoint& point : rest_.points) {
-        const bool turns = dynamics_.touching.gaps()[point.gap].turns;
-        dynamics_.touching.rows(tree, point, q, v, J.data(), turns ? turning.data() : nullptr,
-                                nullptr, nullptr);
+    for (const RestingContact& point : rest_.points) {
+        const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
+        dynamics_.contact_gaps.rows(tree, point, q, v, J.data(), turns ? turning.data() : nullptr,
+                                    nullptr, nullptr);
         const double first = along(J.data()), second = along(J.data() + nv());
-        found.push_back(point.slip.moves ? point.slip.way[0] * first + point.slip.way[1] * second
-                                         : INFINITY);
+        found.push_back(point.slip.moves
+                            ? point.slip.direction[0] * first + point.slip.direction[1] * second
+                            : INFINITY);
         found.push_back(kLifted - along(J.data() + 2 * nv()));
         double inside = INFINITY;
-        dynamics_.touching.gap_of(tree, point, q, &inside);
+        dynamics_.contact_gaps.gap_of(tree, point, q, &inside);
         found.push_back(inside + kLeft);
         if (!turns) continue;
-        found.push_back(point.roll.moves ? point.roll.way[0] * along(turning.data()) +
-                                               point.roll.way[1] * along(turning.data() + nv())
-                                         : INFINITY);
-        found.push_back(point.spin.moves ? point.spin.way[0] * along(turning.data() + 2 * nv())
-                                         : INFINITY);
+        found.push_back(point.roll.moves
+                            ? point.roll.direction[0] * along(turning.data()) +
+                                  point.roll.direction[1] * along(turning.data() + nv())
+                            : INFINITY);
+        found.push_back(point.spin.moves
+                            ? point.spin.direction[0] * along(turning.data() + 2 * nv())
+                            : INFINITY);
     }
 }
 
 // What holds as long as it can, and lets go at once: by the accelerations that are left.
 void Motion::write_tears(double at, const double* q, const double* v, std::vector<double>& found) {
-    const auto pulls = [&](const RestPoint& p) {
+    const auto pulls = [&](const RestingContact& p) {
         return !scene_->pulls.empty() &&
-               scene_->pulls[dynamics_.touching.gaps()[p.gap].entry] > 0.0;
+               scene_->pulls[dynamics_.contact_gaps.gaps()[p.gap].entry] > 0.0;
     };
-    const auto drops = [&](const RestPoint& p) {
-        return dynamics_.has_drop(dynamics_.touching.gaps()[p.gap].entry) && !p.slip.moves;
+    const auto drops = [&](const RestingContact& p) {
+        return dynamics_.has_drop(dynamics_.contact_gaps.gaps()[p.gap].entry) && !p.slip.moves;
     };
-    bool may_tear =
-        std::any_of(rest_.dry.begin(), rest_.dry.end(), [](signed char way) { return way == 0; });
-    for (const RestPoint& point : rest_.points) may_tear = may_tear || pulls(point) || drops(point);
+    bool may_tear = std::any_of(rest_.dry.begin(), rest_.dry.end(),
+                                [](signed char direction) { return direction == 0; });
+    for (const RestingContact& point : rest_.points)
+        may_tear = may_tear || pulls(point) || drops(point);
     if (!may_tear) return;
-    Rest rest = rest_;
+    RestingState rest = rest_;
     std::vector<double> a(nv());
-    if (dynamics_.accelerate(at, q, v, rest, a.data()) != Trouble::none) return;
+    if (dynamics_.accelerate(at, q, v, rest, a.data()) != DynamicsFailure::none) return;
     for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        const RestPoint& point = rest_.points[i];
+        const RestingContact& point = rest_.points[i];
         if (!pulls(point) && !drops(point)) continue;
         const double* rate = dynamics_.rate.data() + 3 * i;
         const double slips =
@@ -260,7 +265,7 @@ double Motion::first_change(const Step& step, double until) {
     double zone = INFINITY;
     for (int k = 0; k < dynamics_.kinks.count(); ++k) {
         const auto measure = [&](double at) {
-            look(step, at);
+            set_state(step, at);
             const auto [value, rate] =
                 dynamics_.kinks.zone(k, dynamics_.tree, here_.data(), here_.data() + nq());
             GapState found;
@@ -307,11 +312,11 @@ double Motion::first_change(const Step& step, double until) {
 Motion::Event Motion::first_event(const Step& step) {
     Event event;
     event.t = step.end;
-    const std::size_t gaps = dynamics_.touching.gaps().size();
+    const std::size_t gaps = dynamics_.contact_gaps.gaps().size();
     std::vector<char> rests(gaps, 0);
-    for (const RestPoint& point : rest_.points) rests[point.gap] = 1;
+    for (const RestingContact& point : rest_.points) rests[point.gap] = 1;
     for (std::size_t i = 0; i < gaps; ++i) {
-        const Contact::Kind kind = dynamics_.touching.gaps()[i].kind;
+        const Contact::Kind kind = dynamics_.contact_gaps.gaps()[i].kind;
         const bool of_bodies = kind == Contact::shapes || kind == Contact::ball;
         if (rests[i] && !of_bodies) continue;
         double unsure = INFINITY;
@@ -338,8 +343,8 @@ Motion::Event Motion::first_event(const Step& step) {
 
 // Deal with what ends the step at y; false where the motion cannot go on.
 bool Motion::happen(const Event& event, const Step&) {
-    dynamics_.look(y.data(), y.data() + nq());
-    if (event.kind == Event::cut) return keep_up();
+    dynamics_.set_state(y.data(), y.data() + nq());
+    if (event.kind == Event::cut) return update_rest();
     if (event.kind == Event::change) {
         if (!dynamics_.kinks.empty())
             dynamics_.kinks.change(dynamics_.tree, y.data(), y.data() + nq());
@@ -354,18 +359,19 @@ bool Motion::happen(const Event& event, const Step&) {
         double fastest = 1.0;
         for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
         const double none = 1e-9 * fastest;
-        for (RestPoint& point : rest_.points) {
-            const bool turns = dynamics_.touching.gaps()[point.gap].turns;
-            dynamics_.touching.rows(dynamics_.tree, point, y.data(), v, J.data(),
-                                    turns ? turning.data() : nullptr, nullptr, nullptr);
-            const auto stop = [&](Slide& slide, const double* row, int size) {
-                if (!slide.moves || slide.begins()) return;
+        for (RestingContact& point : rest_.points) {
+            const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
+            dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v, J.data(),
+                                        turns ? turning.data() : nullptr, nullptr, nullptr);
+            const auto stop = [&](SlipState& slip_state, const double* row, int size) {
+                if (!slip_state.moves || slip_state.begins()) return;
                 const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
                              speed = std::hypot(a, b);
-                if (slide.way[0] * a + slide.way[1] * b > none) return;
+                if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
                 // What has turned away slides on.
-                slide = speed > std::max(none, dynamics_.slow) ? Slide{true, {a / speed, b / speed}}
-                                                               : Slide();
+                slip_state = speed > std::max(none, dynamics_.slow)
+                                 ? SlipState{true, {a / speed, b / speed}}
+                                 : SlipState();
             };
             stop(point.slip, J.data(), 2);
             stop(point.roll, turning.data(), 2);
@@ -373,20 +379,20 @@ bool Motion::happen(const Event& event, const Step&) {
         }
         for (std::size_t j = 0; j < rest_.dry.size(); ++j)
             if (rest_.dry[j] * v[scene_->dry[j].v] <= none) rest_.dry[j] = 0;
-        return keep_up();
+        return update_rest();
     }
-    std::vector<int> met;
-    const auto& gaps = dynamics_.touching.gaps();
+    std::vector<int> closing;
+    const auto& gaps = dynamics_.contact_gaps.gaps();
     if (event.kind == Event::elsewhere) {
-        met.push_back(event.gap);
+        closing.push_back(event.gap);
     } else {
         for (std::size_t i = 0; i < gaps.size(); ++i) {
             bool rests = false;
-            for (const RestPoint& point : rest_.points)
+            for (const RestingContact& point : rest_.points)
                 rests = rests || point.gap == static_cast<int>(i);
             if (rests) continue;
             const GapState now =
-                dynamics_.touching.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
             const double sign = passing_[i] ? -1.0 : 1.0;
             const bool closes =
                 static_cast<int>(i) == event.gap ||
@@ -396,19 +402,19 @@ bool Motion::happen(const Event& event, const Step&) {
             if (passing_[i]) {
                 passing_[i] = 0;
                 base_[i] = 0.0;
-            } else if (dynamics_.touching.counts(gaps[i], y.data(), y.data() + nq())) {
-                met.push_back(static_cast<int>(i));
+            } else if (dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
+                closing.push_back(static_cast<int>(i));
             } else {
                 passing_[i] = 1;
                 base_[i] = 0.0;
             }
         }
-        if (met.empty()) {
+        if (closing.empty()) {
             restart();
             return ended == Ended::not_yet;
         }
     }
-    return meet(met);
+    return close_gaps(closing);
 }
 
 }  // namespace impulsekit

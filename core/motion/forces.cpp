@@ -44,10 +44,10 @@ Stretch stretch_of(const PointSpring& s, const Tree<double>& tree) {
     Stretch found{};
     found.place = tree.origin[s.first] + arm;
     found.other_place = tree.origin[s.other] + other_arm;
-    const Vec3<double> way = found.place - found.other_place;
-    found.length = std::sqrt(dot(way, way));
+    const Vec3<double> offset = found.place - found.other_place;
+    found.length = std::sqrt(dot(offset, offset));
     if (found.length < kNoLengthOfSpring) return found;
-    found.along = way * (1.0 / found.length);
+    found.along = offset * (1.0 / found.length);
     const Vec3<double> speed =
         twist_at(tree.twist[s.first], arm).linear - twist_at(tree.twist[s.other], other_arm).linear;
     found.rate = dot(found.along, speed);
@@ -58,7 +58,7 @@ double tension_of(const PointSpring& s, const Stretch& at) {
     return s.stiffness * (at.length - s.rest) + s.damping * at.rate;
 }
 
-void push(Tree<double>& tree, int body, const Vec3<double>& place, const Vec3<double>& force) {
+void add_force(Tree<double>& tree, int body, const Vec3<double>& place, const Vec3<double>& force) {
     tree.wrench[body] += Spatial<double>{force, cross(place - tree.origin[body], force)};
 }
 
@@ -66,8 +66,8 @@ void pull(const PointSpring& s, Tree<double>& tree) {
     const Stretch at = stretch_of(s, tree);
     if (at.length < kNoLengthOfSpring) return;
     const Vec3<double> force = at.along * tension_of(s, at);
-    push(tree, s.first, at.place, -force);
-    push(tree, s.other, at.other_place, force);
+    add_force(tree, s.first, at.place, -force);
+    add_force(tree, s.other, at.other_place, force);
 }
 
 void apply(const AppliedForce& applied, const double* numbers, Tree<double>& tree) {
@@ -110,8 +110,8 @@ Side& Kinks::side(int k) {
 
 Side Kinks::side_at(int k, const Tree<double>& tree, const double* q, const double* v) const {
     const int joints = static_cast<int>(joints_.size());
-    const auto inside = [](double damping, double push) {
-        return damping > 0.0 && push < 0.0 ? Side::slack : Side::acts;
+    const auto inside = [](double damping, double force) {
+        return damping > 0.0 && force < 0.0 ? Side::slack : Side::acts;
     };
     if (k >= joints) {
         const PointSpring& s = forces_->springs[springs_[k - joints]];
@@ -126,7 +126,7 @@ Side Kinks::side_at(int k, const Tree<double>& tree, const double* q, const doub
     return torque < -f.limit ? Side::lower : Side::acts;
 }
 
-void Kinks::look(const Tree<double>& tree, const double* q, const double* v) {
+void Kinks::set_sides(const Tree<double>& tree, const double* q, const double* v) {
     for (int k = 0; k < count(); ++k) side(k) = side_at(k, tree, q, v);
 }
 
@@ -138,7 +138,9 @@ void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
             const bool enters = own == Side::out;
             own = Side::acts;
             // The force tells of a damper that would pull at once.
-            own = !enters ? Side::out : push_at(k, tree, q, v) < 0.0 ? Side::slack : Side::acts;
+            own = !enters                                   ? Side::out
+                  : force_towards_side(k, tree, q, v) < 0.0 ? Side::slack
+                                                            : Side::acts;
         } else if (margin(k, tree, q, v) <= 2.0 * beyond_of(k)) {
             const bool is_spring =
                 k >= static_cast<int>(joints_.size()) || forces_->joints[joints_[k]].side != 0.0;
@@ -153,7 +155,8 @@ void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
 }
 
 // What a one-sided force does towards its side; of another one nothing.
-double Kinks::push_at(int k, const Tree<double>& tree, const double* q, const double* v) const {
+double Kinks::force_towards_side(int k, const Tree<double>& tree, const double* q,
+                                 const double* v) const {
     const int joints = static_cast<int>(joints_.size());
     if (k >= joints) {
         const PointSpring& s = forces_->springs[springs_[k - joints]];
@@ -201,39 +204,39 @@ double Kinks::margin(int k, const Tree<double>& tree, const double* q, const dou
         if (own == Side::lower) return -f.limit - torque + beyond_of(k);
         return f.limit - std::abs(torque) + beyond_of(k);
     }
-    const double push = push_at(k, tree, q, v);
-    if (own == Side::out || push == 0.0) return INFINITY;
-    return (own == Side::acts ? push : -push) + beyond_of(k);
+    const double force = force_towards_side(k, tree, q, v);
+    if (own == Side::out || force == 0.0) return INFINITY;
+    return (own == Side::acts ? force : -force) + beyond_of(k);
 }
 
 void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
                 const double* v, Tree<double>& tree, double* torques) {
-    const auto asked = [&](ForceEntry::Kind kind, std::size_t i) {
+    const auto is_chosen = [&](ForceEntry::Kind kind, std::size_t i) {
         return entry < 0 || (forces.entries[entry].kind == kind &&
                              forces.entries[entry].index == static_cast<int>(i));
     };
     for (std::size_t i = 0; i < forces.constants.size(); ++i)
-        if (asked(ForceEntry::constant, i))
+        if (is_chosen(ForceEntry::constant, i))
             for (std::size_t j = 0; j < forces.constants[i].torque.size(); ++j)
                 torques[forces.constants[i].v + j] += forces.constants[i].torque[j];
     for (std::size_t i = 0; i < forces.joints.size(); ++i)
-        if (asked(ForceEntry::joint, i))
+        if (is_chosen(ForceEntry::joint, i))
             torques[forces.joints[i].v] +=
                 clamped(forces.joints[i], kinks, static_cast<int>(i), q, v);
     for (std::size_t i = 0; i < forces.springs.size(); ++i)
-        if (asked(ForceEntry::spring, i) && kinks.of_spring(static_cast<int>(i)) == Side::acts)
+        if (is_chosen(ForceEntry::spring, i) && kinks.of_spring(static_cast<int>(i)) == Side::acts)
             pull(forces.springs[i], tree);
     Arena::Scope scope(scratch());
     double* numbers = scratch().allocate(static_cast<int>(forces.at_start.size()));
     std::copy(forces.at_start.begin(), forces.at_start.end(), numbers);
     if (forces.driven) forces.driven(t, q, v, numbers);
     for (std::size_t i = 0; i < forces.applied.size(); ++i)
-        if (asked(ForceEntry::applied, i)) apply(forces.applied[i], numbers + 6 * i, tree);
+        if (is_chosen(ForceEntry::applied, i)) apply(forces.applied[i], numbers + 6 * i, tree);
     for (std::size_t i = 0; i < forces.rows.size(); ++i)
-        if (asked(ForceEntry::row, i))
+        if (is_chosen(ForceEntry::row, i))
             torques[forces.rows[i]] += numbers[6 * forces.applied.size() + i];
     for (std::size_t i = 0; i < forces.functions.size(); ++i) {
-        if (!asked(ForceEntry::function, i)) continue;
+        if (!is_chosen(ForceEntry::function, i)) continue;
         const Forces::Function& own = forces.functions[i];
         double* given = scratch().allocate(own.count);
         own.at(t, q, v, given);

@@ -73,7 +73,7 @@ class Kinks {
     bool empty() const { return joints_.empty() && springs_.empty(); }
     int count() const { return static_cast<int>(joints_.size() + springs_.size()); }
     // Sides as a state has them; the tree with places and twists.
-    void look(const Tree<double>& tree, const double* q, const double* v);
+    void set_sides(const Tree<double>& tree, const double* q, const double* v);
     // Change those that are at a kink and go on beyond it.
     void change(const Tree<double>& tree, const double* q, const double* v);
     // Positive while the k-th keeps its side for where it stands, and how fast that falls; and for
@@ -86,7 +86,8 @@ class Kinks {
 
   private:
     Side side_at(int k, const Tree<double>& tree, const double* q, const double* v) const;
-    double push_at(int k, const Tree<double>& tree, const double* q, const double* v) const;
+    double force_towards_side(int k, const Tree<double>& tree, const double* q,
+                              const double* v) const;
     double beyond_of(int k) const;
     Side& side(int k);
     Side side(int k) const { return const_cast<Kinks*>(this)->side(k); }

@@ -35,38 +35,41 @@ double sum_of(const double* row, const double* v, int nv) {
 
 }  // namespace
 
-std::vector<RestPoint> Motion::touching_points(const std::vector<int>& gaps) {
-    std::vector<RestPoint> found = rest_.points;
+std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps) {
+    std::vector<RestingContact> found = rest_.points;
     for (int gap : gaps) {
-        std::vector<RestPoint> own;
+        std::vector<RestingContact> own;
         for (double margin : kTouching) {
-            dynamics_.touching.touching(dynamics_.tree, gap, margin, own);
+            dynamics_.contact_gaps.find_points(dynamics_.tree, gap, margin, own);
             if (!own.empty()) break;
         }
-        for (RestPoint& point : own) {
-            const bool known = std::any_of(found.begin(), found.end(), [&](const RestPoint& p) {
-                return p.gap == gap && p.feature == point.feature;
-            });
+        for (RestingContact& point : own) {
+            const bool known =
+                std::any_of(found.begin(), found.end(), [&](const RestingContact& p) {
+                    return p.gap == gap && p.feature == point.feature;
+                });
             point.since = t;
             if (!known) found.push_back(point);
         }
     }
-    std::stable_sort(found.begin(), found.end(),
-                     [](const RestPoint& a, const RestPoint& b) { return a.gap < b.gap; });
+    std::stable_sort(
+        found.begin(), found.end(),
+        [](const RestingContact& a, const RestingContact& b) { return a.gap < b.gap; });
     return found;
 }
 
 // (3 (points + turning), nv) rows of points at the tree's state, then of the turning of some.
-void Motion::write_rows(const std::vector<RestPoint>& points, std::vector<double>& J,
+void Motion::write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
                         std::vector<int>& turning, bool in_units) {
     turning.clear();
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (dynamics_.touching.gaps()[points[i].gap].turns) turning.push_back(static_cast<int>(i));
+        if (dynamics_.contact_gaps.gaps()[points[i].gap].turns)
+            turning.push_back(static_cast<int>(i));
     J.assign(3 * (points.size() + turning.size()) * nv(), 0.0);
     std::size_t next = points.size();
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const bool turns = dynamics_.touching.gaps()[points[i].gap].turns;
-        dynamics_.touching.rows(
+        const bool turns = dynamics_.contact_gaps.gaps()[points[i].gap].turns;
+        dynamics_.contact_gaps.rows(
             dynamics_.tree, points[i], y.data(), y.data() + nq(), J.data() + 3 * i * nv(),
             turns ? J.data() + 3 * next * nv() : nullptr, nullptr, nullptr, in_units);
         next += turns;
@@ -74,14 +77,15 @@ void Motion::write_rows(const std::vector<RestPoint>& points, std::vector<double
 }
 
 // v⁺ of the points at the tree's place, from v; its code, as impulsekit.Status has it.
-int Motion::solve(const std::vector<RestPoint>& points, const double* v, bool soft, double* after) {
+int Motion::solve(const std::vector<RestingContact>& points, const double* v, bool soft,
+                  double* after) {
     const Scene& scene = scene_->scene;
     const int m = impact_rows_.rows();
     StateRows rows;
-    for (const RestPoint& point : points) {
+    for (const RestingContact& point : points) {
         StateRows::Point own{};
-        own.entry = dynamics_.touching.gaps()[point.gap].entry;
-        dynamics_.touching.friction_axis(dynamics_.tree, point, own.ellipse);
+        own.entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
+        dynamics_.contact_gaps.friction_axis(dynamics_.tree, point, own.ellipse);
         rows.points.push_back(own);
     }
     write_rows(points, rows.J, rows.turning_of, false);
@@ -115,16 +119,16 @@ int Motion::solve(const std::vector<RestPoint>& points, const double* v, bool so
 
 // (contacts, 3) the impulses that were just solved, on first bodies in the world, summed over the
 // points of a contact; of joint stops in their joints, first.
-std::vector<double> Motion::impulses_at(const std::vector<RestPoint>& points) {
+std::vector<double> Motion::impulses_at(const std::vector<RestingContact>& points) {
     std::vector<double> found(3 * scene_->scene.contacts.size());
     // A problem that was refused has none.
     if (solution_.contact.impulse.size() < 3 * points.size()) return found;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const Gap& gap = dynamics_.touching.gaps()[points[i].gap];
+        const Gap& gap = dynamics_.contact_gaps.gaps()[points[i].gap];
         const double* P = solution_.contact.impulse.data() + 3 * i;
         const bool has_place = gap.kind != Contact::stop && gap.kind != Contact::functions;
-        const Mat axes =
-            has_place ? dynamics_.touching.spot(dynamics_.tree, points[i]).axes : Between().axes;
+        const Mat axes = has_place ? dynamics_.contact_gaps.spot(dynamics_.tree, points[i]).axes
+                                   : FramePairMotion().axes;
         const Vec world = gap.kind == Contact::stop ? Vec{gap.sign * P[2], 0.0, 0.0}
                                                     : axes * Vec{P[0], P[1], P[2]};
         double* own = found.data() + 3 * gap.entry;
@@ -134,13 +138,13 @@ std::vector<double> Motion::impulses_at(const std::vector<RestPoint>& points) {
 }
 
 // An impact of what closes, with all that rests taking part.
-bool Motion::meet(const std::vector<int>& closing) {
+bool Motion::close_gaps(const std::vector<int>& closing) {
     if (static_cast<int>(impacts.size()) >= settings_.max_impacts) {
         ended = Ended::event_storm;
         detail = "max_impacts is " + std::to_string(settings_.max_impacts);
         return false;
     }
-    const std::vector<RestPoint> points = touching_points(closing);
+    const std::vector<RestingContact> points = points_of_gaps(closing);
     std::vector<double> J;
     std::vector<int> turning;
     write_rows(points, J, turning);
@@ -149,29 +153,29 @@ bool Motion::meet(const std::vector<int>& closing) {
         if (std::find(closing.begin(), closing.end(), points[i].gap) == closing.end()) continue;
         approach =
             std::max(approach, -sum_of(J.data() + (3 * i + 2) * nv(), y.data() + nq(), nv()));
-        capture = std::max(capture, dynamics_.touching.gaps()[points[i].gap].capture);
+        capture = std::max(capture, dynamics_.contact_gaps.gaps()[points[i].gap].capture);
     }
-    for (int gap : closing) note_meeting(gap, approach < capture);
+    for (int gap : closing) count_soft_impact(gap, approach < capture);
     if (!(approach > 0.0)) {
         // Nothing meets: a distance wavers, or what rests has its points elsewhere now.
         bool rests = false;
-        for (const RestPoint& point : rest_.points)
+        for (const RestingContact& point : rest_.points)
             rests = rests || std::find(closing.begin(), closing.end(), point.gap) != closing.end();
-        if (rests) return come_to_rest(points, true, slow_);
+        if (rests) return find_resting_contacts(points, true, slow_);
         for (int gap : closing) base_[gap] -= kWaver;
         restart();
         return ended == Ended::not_yet;
     }
-    return strike(points, approach, capture);
+    return apply_impact(points, approach, capture);
 }
 
 // The time, place and points of an impact at the tree's state.
-MetImpact Motion::impact_of(const std::vector<RestPoint>& points) const {
-    MetImpact impact;
+MotionImpact Motion::impact_of(const std::vector<RestingContact>& points) const {
+    MotionImpact impact;
     impact.t = t;
     impact.q.assign(y.begin(), y.begin() + nq());
-    for (const RestPoint& point : points) {
-        const Gap& gap = dynamics_.touching.gaps()[point.gap];
+    for (const RestingContact& point : points) {
+        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
         if (impact.entries.empty() || impact.entries.back() != gap.entry)
             impact.entries.push_back(gap.entry);
         if (gap.kind != Contact::shapes) continue;
@@ -181,7 +185,7 @@ MetImpact Motion::impact_of(const std::vector<RestPoint>& points) const {
 }
 
 // Counts meetings below the capture speed in quick succession.
-void Motion::note_meeting(int gap, bool soft) {
+void Motion::count_soft_impact(int gap, bool soft) {
     auto& [count, last] = soft_[gap];
     count = !soft ? 0 : t - last <= kQuick ? count + 1 : 1;
     last = t;
@@ -189,8 +193,8 @@ void Motion::note_meeting(int gap, bool soft) {
 
 bool Motion::chatters(int gap) const { return soft_[gap].first >= kChatter; }
 
-bool Motion::strike(std::vector<RestPoint> points, double approach, double capture) {
-    MetImpact impact = impact_of(points);
+bool Motion::apply_impact(std::vector<RestingContact> points, double approach, double capture) {
+    MotionImpact impact = impact_of(points);
     impact.is_soft = approach < capture;
     impact.after.resize(nv());
     impact.v.assign(y.begin() + nq(), y.end());
@@ -207,8 +211,9 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
             rows.insert(rows.end(), row, row + nv());
             change.push_back(-speed);
         }
-        if (!change.empty() && dynamics_.moved(rows.data(), static_cast<int>(change.size()),
-                                               change.data(), dv.data())) {
+        if (!change.empty() &&
+            dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
+                                          change.data(), dv.data())) {
             for (int i = 0; i < nv(); ++i) impact.v[i] += dv[i];
             impact.code = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
         }
@@ -223,47 +228,47 @@ bool Motion::strike(std::vector<RestPoint> points, double approach, double captu
     }
     std::copy(impact.after.begin(), impact.after.end(), y.begin() + nq());
     stepper_.restart();
-    return come_to_rest(points, true, slow_);
+    return find_resting_contacts(points, true, slow_);
 }
 
 // Let go of points that are not pressed in without their forces; whether there were any. Sliding
 // on, they would need forces without bound (Génot & Brogliato 1999, the singular point).
-bool Motion::let_go_unpressed() {
-    Rest free = rest_;
+bool Motion::release_unloaded() {
+    RestingState free = rest_;
     free.points.clear();
     std::vector<double> a(nv()), J(3 * nv()), turning(3 * nv());
     const double* v = y.data() + nq();
-    if (dynamics_.accelerate(t, y.data(), v, free, a.data()) != Trouble::none) return false;
+    if (dynamics_.accelerate(t, y.data(), v, free, a.data()) != DynamicsFailure::none) return false;
     std::vector<double> opening;
     double size = 0.0;
-    for (const RestPoint& point : rest_.points) {
+    for (const RestingContact& point : rest_.points) {
         double bias[3], more[3];
-        dynamics_.touching.rows(dynamics_.tree, point, y.data(), v, J.data(), turning.data(), bias,
-                                more);
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v, J.data(), turning.data(),
+                                    bias, more);
         for (int j = 0; j < 3; ++j) bias[j] += sum_of(J.data() + j * nv(), a.data(), nv());
         size = std::max({size, std::abs(bias[0]), std::abs(bias[1]), std::abs(bias[2])});
         opening.push_back(bias[2]);
     }
-    std::vector<RestPoint> stays;
+    std::vector<RestingContact> stays;
     for (std::size_t i = 0; i < opening.size(); ++i)
         if (opening[i] < -kTorn * size) stays.push_back(rest_.points[i]);
     if (stays.size() == opening.size()) return false;
-    keep_points(stays);
+    retain_contacts(stays);
     return true;
 }
 
 // Where W_nn <= µ W_nt·s no force keeps a sliding contact from being pressed in (Painlevé 1895). It
 // stops by an impact without collision (Lecornu 1905; Génot & Brogliato 1999): the limit of impacts
 // whose approach goes to zero, without restitution.
-bool Motion::without_collision() {
+bool Motion::impact_without_collision() {
     if (static_cast<int>(impacts.size()) >= settings_.max_impacts) {
         ended = Ended::event_storm;
         detail = "max_impacts is " + std::to_string(settings_.max_impacts);
         return false;
     }
-    if (let_go_unpressed()) return keep_up();
-    dynamics_.look(y.data(), y.data() + nq());
-    const std::vector<RestPoint> points = rest_.points;
+    if (release_unloaded()) return update_rest();
+    dynamics_.set_state(y.data(), y.data() + nq());
+    const std::vector<RestingContact> points = rest_.points;
     const int n = static_cast<int>(points.size());
     double* v = y.data() + nq();
     std::vector<double> J, rows, change, dv(nv()), trial(nv()), after(nv());
@@ -289,9 +294,10 @@ bool Motion::without_collision() {
         change.insert(change.end(), {-s0, -s1});
     }
     if (slowest > kNoSlipAtAll &&
-        dynamics_.moved(rows.data(), static_cast<int>(change.size()), change.data(), dv.data())) {
+        dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
+                                      dv.data())) {
         for (int i = 0; i < nv(); ++i) v[i] += dv[i];
-        return come_to_rest(points, false, slow_);
+        return find_resting_contacts(points, false, slow_);
     }
     for (double share : kPressed) {
         const double pressed = std::max(share * fastest, kPressedOfSum * sums);
@@ -302,7 +308,7 @@ bool Motion::without_collision() {
             rows.insert(rows.end(), row, row + nv());
             change.push_back(-sum_of(row, v, nv()) - pressed);
         }
-        if (!dynamics_.moved(rows.data(), n, change.data(), dv.data())) return false;
+        if (!dynamics_.velocity_correction(rows.data(), n, change.data(), dv.data())) return false;
         for (int i = 0; i < nv(); ++i) trial[i] = v[i] + dv[i];
         const int code = solve(points, trial.data(), true, after.data());
         double most = 0.0;
@@ -310,7 +316,7 @@ bool Motion::without_collision() {
             most = std::max(most, std::abs(sum_of(J.data() + r * nv(), after.data(), nv()) -
                                            sum_of(J.data() + r * nv(), trial.data(), nv())));
         if (!(most > std::max(kAnImpact * pressed, kOfSlip * fastest))) continue;
-        MetImpact impact = impact_of(points);
+        MotionImpact impact = impact_of(points);
         impact.v = trial;
         impact.after = after;
         impact.is_soft = true;
@@ -322,7 +328,7 @@ bool Motion::without_collision() {
             return false;
         }
         std::copy(after.begin(), after.end(), v);
-        return come_to_rest(points, false, slow_);
+        return find_resting_contacts(points, false, slow_);
     }
     return false;
 }

@@ -37,14 +37,14 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
       dynamics_(*scene_),
       impact_rows_(scene_->scene, static_cast<int>(scene_->scene.held.size()),
                    std::vector<char>(scene_->scene.held.size(), 0),
-                   std::vector<char>(scene_->scene.held.size(), 0), scene_->holding),
+                   std::vector<char>(scene_->scene.held.size(), 0), scene_->constraints),
       stepper_(settings_.method, nq(), nq() + nv(), {settings_.rtol, settings_.atol},
                settings_.fixed_length) {
     y.assign(q, q + nq());
     y.insert(y.end(), v, v + nv());
     rate_.assign(y.size(), 0.0);
     here_.assign(y.size(), 0.0);
-    const std::size_t gaps = dynamics_.touching.gaps().size();
+    const std::size_t gaps = dynamics_.contact_gaps.gaps().size();
     base_.assign(gaps, 0.0);
     passing_.assign(gaps, 0);
     soft_.assign(gaps, {0, -1.0});
@@ -62,9 +62,9 @@ bool Motion::rate(double at, const double* from, double* to) {
     normalize_configuration(model, q);
     configuration_rate(model, from, from + nq(), to);
     at = std::min(std::max(at, from_), to_);
-    const Trouble trouble = dynamics_.accelerate(at, q, from + nq(), rest_, to + nq());
-    if (trouble != Trouble::none) {
-        trouble_ = trouble;
+    const DynamicsFailure failure = dynamics_.accelerate(at, q, from + nq(), rest_, to + nq());
+    if (failure != DynamicsFailure::none) {
+        failure_ = failure;
         return false;
     }
     double sum = 0.0;
@@ -72,10 +72,10 @@ bool Motion::rate(double at, const double* from, double* to) {
     return std::isfinite(sum);
 }
 
-bool Motion::look(const Step& step, double at) {
+bool Motion::set_state(const Step& step, double at) {
     step.at(at, here_.data());
     normalize_configuration(*scene_->scene.model, here_.data());
-    dynamics_.look(here_.data(), here_.data() + nq());
+    dynamics_.set_state(here_.data(), here_.data() + nq());
     return true;
 }
 
@@ -106,24 +106,24 @@ void Motion::state(double at, double* q, double* v) const {
     std::copy(found.begin() + nq(), found.end(), v);
 }
 
-const Rest& Motion::footing(double at) const {
-    return path.empty() || !(at < t) ? rest_ : footings[path[piece_at(at)].footing];
+const RestingState& Motion::resting_state_at(double at) const {
+    return path.empty() || !(at < t) ? rest_ : resting_states[path[piece_at(at)].resting_state];
 }
 
 void Motion::forget(double before) {
     const std::size_t first = path.empty() ? 0 : piece_at(before);
     if (first == 0) return;
     path.erase(path.begin(), path.begin() + first);
-    const int known = path.front().footing;
-    footings.erase(footings.begin(), footings.begin() + known);
-    for (Piece& piece : path) piece.footing -= known;
+    const int known = path.front().resting_state;
+    resting_states.erase(resting_states.begin(), resting_states.begin() + known);
+    for (Piece& piece : path) piece.resting_state -= known;
 }
 
 void Motion::rewind(double at) {
     if (path.empty() || !(at < t)) return;
     path.resize(piece_at(at) + 1);
     Step& last = path.back().step;
-    rest_ = footings[path.back().footing];
+    rest_ = resting_states[path.back().resting_state];
     last.at(std::max(at, last.start), y.data());
     normalize_configuration(*scene_->scene.model, y.data());
     t = smooth_since_ = looked_t_ = at;
@@ -134,25 +134,26 @@ void Motion::rewind(double at) {
     const auto later = [at](const auto& impact) { return impact.t > at; };
     impacts.erase(std::find_if(impacts.begin(), impacts.end(), later), impacts.end());
     rests.erase(std::remove_if(rests.begin(), rests.end(),
-                               [at](const Rested& rest) { return rest.end > at; }),
+                               [at](const RestInterval& rest) { return rest.end > at; }),
                 rests.end());
     ended = Ended::not_yet;
     detail.clear();
-    trouble_ = Trouble::none;
-    hop_ = 0.0;
+    failure_ = DynamicsFailure::none;
+    micro_bounce_ = 0.0;
     still_ = 0;
     for (auto& [count, last_met] : soft_)
         if (last_met > at) count = 0, last_met = -1.0;
-    dynamics_.look(y.data(), y.data() + nq());
-    const auto& gaps = dynamics_.touching.gaps();
+    dynamics_.set_state(y.data(), y.data() + nq());
+    const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i)
         if (gaps[i].has_condition)
             passing_[i] =
-                !dynamics_.touching.counts(gaps[i], y.data(), y.data() + nq()) &&
-                dynamics_.touching.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq()).gap <
-                    0.0;
+                !dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq()) &&
+                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq())
+                        .gap < 0.0;
     rebase();
-    if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
+    if (!dynamics_.kinks.empty())
+        dynamics_.kinks.set_sides(dynamics_.tree, y.data(), y.data() + nq());
     begin_stretch();
     restart();
 }
@@ -161,25 +162,26 @@ void Motion::control(const double* torques) {
     if (ended != Ended::not_yet) return;
     rest_.controls.assign(torques, torques + nv());
     smooth_since_ = t;
-    if (!rest_.acts() && dynamics_.holding.rows() == 0) return restart();
+    if (!rest_.acts() && dynamics_.constraints.rows() == 0) return restart();
     stepper_.restart();
-    keep_up();
+    update_rest();
 }
 
 void Motion::keep(const Step& step) {
-    const auto same = [](const Slide& a, const Slide& b) {
-        return a.moves == b.moves && a.way[0] == b.way[0] && a.way[1] == b.way[1];
+    const auto same = [](const SlipState& a, const SlipState& b) {
+        return a.moves == b.moves && a.direction[0] == b.direction[0] &&
+               a.direction[1] == b.direction[1];
     };
-    bool known = !footings.empty() && footings.back().dry == rest_.dry &&
-                 footings.back().controls == rest_.controls &&
-                 footings.back().points.size() == rest_.points.size();
+    bool known = !resting_states.empty() && resting_states.back().dry == rest_.dry &&
+                 resting_states.back().controls == rest_.controls &&
+                 resting_states.back().points.size() == rest_.points.size();
     for (std::size_t i = 0; known && i < rest_.points.size(); ++i) {
-        const RestPoint &a = footings.back().points[i], &b = rest_.points[i];
+        const RestingContact &a = resting_states.back().points[i], &b = rest_.points[i];
         known = a.gap == b.gap && same(a.slip, b.slip) && same(a.roll, b.roll) &&
                 same(a.spin, b.spin) && a.feature == b.feature;
     }
-    if (!known) footings.push_back(rest_);
-    path.push_back({step, static_cast<int>(footings.size()) - 1});
+    if (!known) resting_states.push_back(rest_);
+    path.push_back({step, static_cast<int>(resting_states.size()) - 1});
 }
 
 // How soon the first slip stops if accelerations stay as they are: slip s with the rate a has
@@ -205,7 +207,7 @@ double Motion::longest_step(double until) const {
     if (settings_.max_step > 0.0) longest = std::min(longest, settings_.max_step);
     if (settings_.method == Method::dop853) {
         longest = std::min(longest, std::max(until_stopping(), 1e-9));
-        if (hop_ > 0.0) longest = std::min(longest, 1.05 * hop_);
+        if (micro_bounce_ > 0.0) longest = std::min(longest, 1.05 * micro_bounce_);
     }
     return longest;
 }
@@ -221,11 +223,11 @@ bool Motion::fail() {
     if (ended != Ended::not_yet) return false;
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(y[nq() + i]));
-    if (trouble_ == Trouble::rest_not_solved)
+    if (failure_ == DynamicsFailure::rest_not_solved)
         ended = Ended::rest_not_solved;
-    else if (trouble_ == Trouble::contradiction)
+    else if (failure_ == DynamicsFailure::contradiction)
         ended = Ended::contradiction;
-    else if (trouble_ == Trouble::singular_mass || !(fastest < kHuge) ||
+    else if (failure_ == DynamicsFailure::singular_mass || !(fastest < kHuge) ||
              !rate(t, y.data(), rate_.data()))
         ended = Ended::not_finite;
     else
@@ -264,22 +266,22 @@ bool Motion::advance(double until) {
         t = until;
         return false;
     }
-    trouble_ = Trouble::none;
+    failure_ = DynamicsFailure::none;
     begin_stretch();
     const std::vector<double> before = y, rate_before = rate_;
     const auto f = [this](double at, const double* from, double* to) { return rate(at, from, to); };
-    const Rest rested = rest_;
+    const RestingState rested = rest_;
     if (stepper_.next <= 0.0) stepper_.next = kFirstStep * settings_.scale_of_time;
     Step step;
-    const auto settle = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
+    const auto normalize = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
     double longest = longest_step(until);
     while (true) {
-        if (!stepper_.step(f, settle, t, y.data(), rate_.data(), longest, step)) {
+        if (!stepper_.step(f, normalize, t, y.data(), rate_.data(), longest, step)) {
             y = before;
             rest_ = rested;
-            if (!rest_.points.empty() && without_collision()) return true;
-            if (ended == Ended::not_yet && leap(until)) return true;
-            trouble_ = Trouble::none;
+            if (!rest_.points.empty() && impact_without_collision()) return true;
+            if (ended == Ended::not_yet && pass_change_point(until)) return true;
+            failure_ = DynamicsFailure::none;
             rate(t, y.data(), rate_.data());
             return fail();
         }
@@ -290,7 +292,7 @@ bool Motion::advance(double until) {
         rest_ = rested;
         longest = shorter;
     }
-    hop_ = 0.0;
+    micro_bounce_ = 0.0;
     const int evaluations = dynamics_.evaluations;
     const Event event = first_event(step);
     if (event.kind != Event::nothing) {
@@ -302,7 +304,7 @@ bool Motion::advance(double until) {
             step.end = std::max(event.t, step.start);
         if (event.kind == Event::closing) step.end = sharpened(step, event.gap);
         step.at(step.end, y.data());
-        settle(y.data());
+        normalize(y.data());
         t = step.end;
         keep(step);
         smooth_since_ = t;
@@ -311,8 +313,8 @@ bool Motion::advance(double until) {
         // Points that were let go of within trials of the step are looked at again.
         keep(step);
         t = step.end;
-        if (rest_.acts() || dynamics_.holding.rows() > 0)
-            keep_up(stepper_.ended_last() && dynamics_.evaluations == evaluations);
+        if (rest_.acts() || dynamics_.constraints.rows() > 0)
+            update_rest(stepper_.ended_last() && dynamics_.evaluations == evaluations);
     }
     if (ended != Ended::not_yet) return false;
     still_ = t == looked_t_ ? still_ + 1 : 0;
@@ -356,12 +358,12 @@ void Motion::refuse_hopeless(int made) {
     detail = told;
 }
 
-std::vector<Rested> Motion::resting() const {
-    std::vector<Rested> found;
-    for (const RestPoint& point : rest_.points) {
-        const int entry = dynamics_.touching.gaps()[point.gap].entry;
+std::vector<RestInterval> Motion::resting() const {
+    std::vector<RestInterval> found;
+    for (const RestingContact& point : rest_.points) {
+        const int entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
         const auto known = std::find_if(found.begin(), found.end(),
-                                        [&](const Rested& r) { return r.entry == entry; });
+                                        [&](const RestInterval& r) { return r.entry == entry; });
         if (known == found.end())
             found.push_back({entry, point.since, INFINITY});
         else

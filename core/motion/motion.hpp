@@ -49,7 +49,7 @@ enum class Ended {
 };
 
 // An impact on the way.
-struct MetImpact {
+struct MotionImpact {
     double t = 0.0;
     std::vector<double> q, v, after;
     std::vector<int> entries;                       // contacts that take part
@@ -60,7 +60,7 @@ struct MetImpact {
 };
 
 // From when to when a contact rested.
-struct Rested {
+struct RestInterval {
     int entry = 0;
     double start = 0.0, end = 0.0;
 };
@@ -68,7 +68,7 @@ struct Rested {
 // One step of the path and what rested in it.
 struct Piece {
     Step step;
-    int footing = 0;
+    int resting_state = 0;
 };
 
 class Motion {
@@ -77,11 +77,11 @@ class Motion {
            const double* v);
 
     // What touches at the start, and how deep it is, by gap: (gap, value, rate).
-    std::vector<std::pair<int, GapState>> touching_at_start();
+    std::vector<std::pair<int, GapState>> gaps_closed_at_start();
     // Whether a constraint asks for another velocity than it has.
-    bool has_to_move();
+    bool is_driven_off();
     // The motion begins with this velocity, after what strikes at the start.
-    void begin(const double* v, const std::vector<int>& touching);
+    void begin(const double* v, const std::vector<int>& contact_gaps);
     // Steps count anew.
     void go_on() { counted_ = stepper_.steps; }
     // One step, and what happens in it, but not past a time; false where the motion has ended.
@@ -94,9 +94,9 @@ class Motion {
     double t = 0.0;
     std::vector<double> y;  // (nq + nv)
     std::vector<Piece> path;
-    std::vector<Rest> footings;
-    std::vector<MetImpact> impacts;
-    std::vector<Rested> rests;
+    std::vector<RestingState> resting_states;
+    std::vector<MotionImpact> impacts;
+    std::vector<RestInterval> rests;
     Ended ended = Ended::not_yet;
     bool begun = false;
     std::string detail;
@@ -106,17 +106,17 @@ class Motion {
     int steps() const { return stepper_.steps; }
     Dynamics& dynamics() { return dynamics_; }
     const MotionScene& scene() const { return *scene_; }
-    Rest& rest() { return rest_; }
+    RestingState& rest() { return rest_; }
     // q and v (normalized) at a time of the path.
     void state(double at, double* q, double* v) const;
     // y (nq + nv) at a time of the path, as its steps have it: q off unit length by rounding.
     void sample(double at, double* found) const;
     // What rested then.
-    const Rest& footing(double at) const;
+    const RestingState& resting_state_at(double at) const;
     // Forget steps of the path that end before a time.
     void forget(double before);
     // The contacts that rest now, and since when.
-    std::vector<Rested> resting() const;
+    std::vector<RestInterval> resting() const;
 
   private:
     struct Event {
@@ -127,13 +127,13 @@ class Motion {
 
     std::size_t piece_at(double at) const;
     bool rate(double at, const double* y, double* rate);
-    bool look(const Step& step, double at);
+    bool set_state(const Step& step, double at);
     void keep(const Step& step);
     void restart();
     void begin_stretch();
-    bool leap(double until);
-    Step learnt(double start, double length) const;
-    double off_behind(const Step& leap);
+    bool pass_change_point(double until);
+    Step extrapolation(double start, double length) const;
+    double error_behind(const Step& jump);
     void refuse_hopeless(int made);
     double longest_step(double until) const;
     double until_stopping() const;
@@ -153,38 +153,39 @@ class Motion {
     bool happen(const Event& event, const Step& step);
 
     // Impacts.
-    bool meet(const std::vector<int>& closing);
-    bool strike(std::vector<RestPoint> points, double approach, double capture);
-    bool without_collision();
-    void note_meeting(int gap, bool soft);
+    bool close_gaps(const std::vector<int>& closing);
+    bool apply_impact(std::vector<RestingContact> points, double approach, double capture);
+    bool impact_without_collision();
+    void count_soft_impact(int gap, bool soft);
     bool chatters(int gap) const;
-    void write_rows(const std::vector<RestPoint>& points, std::vector<double>& J,
+    void write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
                     std::vector<int>& turning, bool in_units = true);
-    MetImpact impact_of(const std::vector<RestPoint>& points) const;
-    int solve(const std::vector<RestPoint>& points, const double* v, bool soft, double* after);
-    std::vector<double> impulses_at(const std::vector<RestPoint>& points);
-    std::vector<RestPoint> touching_points(const std::vector<int>& gaps);
+    MotionImpact impact_of(const std::vector<RestingContact>& points) const;
+    int solve(const std::vector<RestingContact>& points, const double* v, bool soft, double* after);
+    std::vector<double> impulses_at(const std::vector<RestingContact>& points);
+    std::vector<RestingContact> points_of_gaps(const std::vector<int>& gaps);
 
     // Rest.
-    bool come_to_rest(const std::vector<RestPoint>& candidates, bool lay, double no_slip);
-    std::vector<RestPoint> hops(const std::vector<RestPoint>& parted);
-    bool settle(double no_slip);
-    bool keep_up(bool is_known = false);
-    bool take_out_drift(bool all_normals);
-    bool update_slides();
-    void release();
+    bool find_resting_contacts(const std::vector<RestingContact>& candidates, bool lay,
+                               double no_slip);
+    std::vector<RestingContact> micro_bounces(const std::vector<RestingContact>& parted);
+    bool find_slip_states(double no_slip);
+    bool update_rest(bool is_known = false);
+    bool correct_drift(bool all_normals);
+    bool update_slip_states();
+    void release_contacts();
     void rebase();
-    void keep_points(std::vector<RestPoint> stays);
-    bool let_go_unpressed();
+    void retain_contacts(std::vector<RestingContact> stays);
+    bool release_unloaded();
     std::vector<char> entries_resting() const;
 
     std::shared_ptr<const MotionScene> scene_;
     MotionSettings settings_;
     Dynamics dynamics_;
-    Holding impact_rows_;
+    BilateralConstraints impact_rows_;
     Stepper stepper_;
-    Rest rest_;
-    Trouble trouble_ = Trouble::none;
+    RestingState rest_;
+    DynamicsFailure failure_ = DynamicsFailure::none;
     std::vector<double> rate_, here_, base_, largest_force_;
     // Forces that jump at a stop have their values on this side of it [s].
     double from_ = -INFINITY, to_ = INFINITY;
@@ -195,7 +196,7 @@ class Motion {
     PointCoefficients coefficients_;
     double slow_ = 1e-9;         // slip below it is none after an impact [m/s]
     double smooth_since_ = 0.0;  // nothing has happened from then on [s]
-    double hop_ = 0.0;           // how soon what was struck comes down again [s]; 0 for never
+    double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never
     double still_since_ = 0.0;
     int still_ = 0, looked_steps_ = 0, counted_ = 0;
     double looked_t_ = 0.0;

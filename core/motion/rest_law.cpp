@@ -55,7 +55,7 @@ class RestLaw {
 
     int normal(int i) const { return 3 * i + 2; }
     int turn_row(int k) const { return 3 * (p_.points + k); }
-    bool moves(int k) const { return p_.way[2 * k] != 0.0 || p_.way[2 * k + 1] != 0.0; }
+    bool moves(int k) const { return p_.direction[2 * k] != 0.0 || p_.direction[2 * k + 1] != 0.0; }
     bool holds(int k) const { return p_.reach[k] > 0.0 && !moves(k); }
 
     // W with the friction of what slides in the columns of its normal forces; scales.
@@ -66,12 +66,13 @@ class RestLaw {
             for (int r = 0; r < rows_; ++r) C_[r * rows_ + to] += share * p_.W[r * rows_ + from];
         };
         for (int i = 0; i < p_.points; ++i)
-            for (int j = 0; j < 2; ++j) add(normal(i), 3 * i + j, -p_.reach[i] * p_.way[2 * i + j]);
+            for (int j = 0; j < 2; ++j)
+                add(normal(i), 3 * i + j, -p_.reach[i] * p_.direction[2 * i + j]);
         for (int k = 0; k < p_.turning; ++k) {
             const int n = normal(p_.turning_of[k]), roll = p_.points + 2 * k, spin = roll + 1;
             for (int j = 0; j < 2; ++j)
-                add(n, turn_row(k) + j, -p_.reach[roll] * p_.way[2 * roll + j]);
-            add(n, turn_row(k) + 2, -p_.reach[spin] * p_.way[2 * spin]);
+                add(n, turn_row(k) + j, -p_.reach[roll] * p_.direction[2 * roll + j]);
+            add(n, turn_row(k) + 2, -p_.reach[spin] * p_.direction[2 * spin]);
         }
         double most = 0.0;
         for (int r = 0; r < rows_; ++r) most = std::max(most, p_.W[r * rows_ + r]);
@@ -134,13 +135,13 @@ class RestLaw {
         std::copy(force_, force_ + rows_, F_);
         for (int i = 0; i < p_.points; ++i)
             for (int j = 0; j < 2; ++j)
-                F_[3 * i + j] -= p_.reach[i] * p_.way[2 * i + j] * force_[normal(i)];
+                F_[3 * i + j] -= p_.reach[i] * p_.direction[2 * i + j] * force_[normal(i)];
         for (int k = 0; k < p_.turning; ++k) {
             const double load = force_[normal(p_.turning_of[k])];
             const int roll = p_.points + 2 * k, spin = roll + 1;
             for (int j = 0; j < 2; ++j)
-                F_[turn_row(k) + j] -= p_.reach[roll] * p_.way[2 * roll + j] * load;
-            F_[turn_row(k) + 2] -= p_.reach[spin] * p_.way[2 * spin] * load;
+                F_[turn_row(k) + j] -= p_.reach[roll] * p_.direction[2 * roll + j] * load;
+            F_[turn_row(k) + 2] -= p_.reach[spin] * p_.direction[2 * spin] * load;
         }
         for (int r = 0; r < rows_; ++r) a_[r] = p_.b[r] + dot(p_.W + r * rows_, F_, rows_);
     }

@@ -15,7 +15,7 @@ struct RestProblem {
     const double* b = nullptr;      // (rows)
     const double* reach = nullptr;  // (points + 2 turning) µ; then rolling [m], torsion [m]
     // (points + 2 turning, 2) s where it moves, zeros where it keeps still
-    const double* way = nullptr;
+    const double* direction = nullptr;
     const int* turning_of = nullptr;  // (turning) the point
     const double* bound = nullptr;    // (joints) the largest friction
 

@@ -29,15 +29,15 @@ double sum_of(const double* row, const double* v, int nv) {
 
 }  // namespace
 
-std::vector<std::pair<int, GapState>> Motion::touching_at_start() {
+std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
     std::vector<std::pair<int, GapState>> found;
-    dynamics_.look(y.data(), y.data() + nq());
-    const auto& gaps = dynamics_.touching.gaps();
+    dynamics_.set_state(y.data(), y.data() + nq());
+    const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i) {
         const GapState state =
-            dynamics_.touching.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
         if (!(state.gap <= kTouchesAtStart)) continue;
-        if (!dynamics_.touching.counts(gaps[i], y.data(), y.data() + nq())) {
+        if (!dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
             passing_[i] = state.gap < -kTouchesAtStart;
             continue;
         }
@@ -46,16 +46,16 @@ std::vector<std::pair<int, GapState>> Motion::touching_at_start() {
     return found;
 }
 
-bool Motion::has_to_move() {
-    const int m = dynamics_.holding.rows();
+bool Motion::is_driven_off() {
+    const int m = dynamics_.constraints.rows();
     if (m == 0) return false;
-    dynamics_.look(y.data(), y.data() + nq());
-    dynamics_.holding.fill_rows(dynamics_.tree, y.data());
+    dynamics_.set_state(y.data(), y.data() + nq());
+    dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
     std::vector<double> speed(m), rate(m);
-    dynamics_.holding.speeds(0.0, speed.data(), rate.data());
+    dynamics_.constraints.speeds(0.0, speed.data(), rate.data());
     double missing = 0.0, scale = 0.0;
     for (int r = 0; r < m; ++r) {
-        const double* row = dynamics_.holding.A() + r * nv();
+        const double* row = dynamics_.constraints.A() + r * nv();
         double sum = 0.0;
         for (int i = 0; i < nv(); ++i) sum += std::abs(row[i] * y[nq() + i]);
         scale = std::max({scale, sum, std::abs(speed[r])});
@@ -65,80 +65,84 @@ bool Motion::has_to_move() {
     return missing > kHolds * scale;
 }
 
-void Motion::begin(const double* v, const std::vector<int>& touching) {
+void Motion::begin(const double* v, const std::vector<int>& contact_gaps) {
     std::copy(v, v + nv(), y.begin() + nq());
-    dynamics_.look(y.data(), y.data() + nq());
-    if (dynamics_.holding.rows() > 0)
-        dynamics_.holding.start(dynamics_.tree, y.data(), y.data() + nq());
-    if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
+    dynamics_.set_state(y.data(), y.data() + nq());
+    if (dynamics_.constraints.rows() > 0)
+        dynamics_.constraints.start(dynamics_.tree, y.data(), y.data() + nq());
+    if (!dynamics_.kinks.empty())
+        dynamics_.kinks.set_sides(dynamics_.tree, y.data(), y.data() + nq());
     rebase();
     // Slip that was given is kept, be it below the capture speed.
-    come_to_rest(touching_points(touching), false, kNoSlip);
+    find_resting_contacts(points_of_gaps(contact_gaps), false, kNoSlip);
     begun = true;
 }
 
 // What of the candidates stays, and how: what parts no faster than the capture speed, and sticks
 // where it slips no faster than `no_slip`.
-bool Motion::come_to_rest(const std::vector<RestPoint>& candidates, bool lay, double no_slip) {
-    dynamics_.look(y.data(), y.data() + nq());
+bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates, bool lay,
+                                   double no_slip) {
+    dynamics_.set_state(y.data(), y.data() + nq());
     const double* v = y.data() + nq();
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
     const double slow = std::max(settings_.capture_speed, kStillShare * fastest);
-    const std::vector<Rested> before = resting();
+    const std::vector<RestInterval> before = resting();
     std::vector<double> J;
     std::vector<int> turning;
     write_rows(candidates, J, turning);
-    std::vector<RestPoint> parted;
+    std::vector<RestingContact> parted;
     rest_.points.clear();
     for (std::size_t i = 0; i < candidates.size(); ++i) {
         const double opening = sum_of(J.data() + (3 * i + 2) * nv(), v, nv());
-        const Gap& gap = dynamics_.touching.gaps()[candidates[i].gap];
+        const Gap& gap = dynamics_.contact_gaps.gaps()[candidates[i].gap];
         const double most = std::max(slow, chatters(candidates[i].gap) ? gap.capture : gap.rests);
         (opening <= most ? rest_.points : parted).push_back(candidates[i]);
     }
-    for (RestPoint& point : rest_.points) {
+    for (RestingContact& point : rest_.points) {
         point.pressed = true;
-        const int entry = dynamics_.touching.gaps()[point.gap].entry;
-        for (const Rested& known : before)
+        const int entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
+        for (const RestInterval& known : before)
             if (known.entry == entry) point.since = std::min(point.since, known.start);
     }
-    for (const Rested& known : before) {
+    for (const RestInterval& known : before) {
         const bool stays =
-            std::any_of(rest_.points.begin(), rest_.points.end(), [&](const RestPoint& p) {
-                return dynamics_.touching.gaps()[p.gap].entry == known.entry;
+            std::any_of(rest_.points.begin(), rest_.points.end(), [&](const RestingContact& p) {
+                return dynamics_.contact_gaps.gaps()[p.gap].entry == known.entry;
             });
         if (!stays) rests.push_back({known.entry, known.start, t});
     }
-    if (lay && !rest_.points.empty()) take_out_drift(true);
+    if (lay && !rest_.points.empty()) correct_drift(true);
     rebase();
-    if (!dynamics_.kinks.empty()) dynamics_.kinks.look(dynamics_.tree, y.data(), y.data() + nq());
-    if (!settle(no_slip)) return false;
-    const std::vector<RestPoint> low = hops(parted);
+    if (!dynamics_.kinks.empty())
+        dynamics_.kinks.set_sides(dynamics_.tree, y.data(), y.data() + nq());
+    if (!find_slip_states(no_slip)) return false;
+    const std::vector<RestingContact> low = micro_bounces(parted);
     if (low.empty()) return true;
     // A hop that cannot be told from rest would be followed by others without end.
-    for (const RestPoint& point : low) rest_.points.push_back(point);
-    std::stable_sort(rest_.points.begin(), rest_.points.end(),
-                     [](const RestPoint& a, const RestPoint& b) { return a.gap < b.gap; });
-    take_out_drift(true);
+    for (const RestingContact& point : low) rest_.points.push_back(point);
+    std::stable_sort(
+        rest_.points.begin(), rest_.points.end(),
+        [](const RestingContact& a, const RestingContact& b) { return a.gap < b.gap; });
+    correct_drift(true);
     rebase();
-    return settle(no_slip);
+    return find_slip_states(no_slip);
 }
 
 // Looks at how soon what has parted comes down again; those that do at once, or that rise by less
 // than rounding of their places.
-std::vector<RestPoint> Motion::hops(const std::vector<RestPoint>& parted) {
-    hop_ = 0.0;
-    std::vector<RestPoint> low;
+std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingContact>& parted) {
+    micro_bounce_ = 0.0;
+    std::vector<RestingContact> low;
     if (parted.empty()) return low;
-    dynamics_.look(y.data(), y.data() + nq(), true);
+    dynamics_.set_state(y.data(), y.data() + nq(), true);
     std::vector<double> own(3 * nv()), own_turning(3 * nv());
-    for (const RestPoint& point : parted) {
+    for (const RestingContact& point : parted) {
         double bias[3], more[3];
-        const Gap& gap = dynamics_.touching.gaps()[point.gap];
-        dynamics_.touching.rows(dynamics_.tree, point, y.data(), y.data() + nq(), own.data(),
-                                gap.turns ? own_turning.data() : nullptr, bias,
-                                gap.turns ? more : nullptr);
+        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), y.data() + nq(), own.data(),
+                                    gap.turns ? own_turning.data() : nullptr, bias,
+                                    gap.turns ? more : nullptr);
         const double speed = sum_of(own.data() + 2 * nv(), y.data() + nq(), nv()),
                      pull = sum_of(own.data() + 2 * nv(), rate_.data() + nq(), nv()) + bias[2];
         if (!(pull < 0.0 && speed > 0.0)) continue;
@@ -147,56 +151,59 @@ std::vector<RestPoint> Motion::hops(const std::vector<RestPoint>& parted) {
                              gap.kind != Contact::functions;
         double size = std::abs(gap.limit);
         if (gap.kind == Contact::point || gap.kind == Contact::rope) {
-            const Vec place =
-                dynamics_.tree.world_place(dynamics_.touching.spot(dynamics_.tree, point).place);
+            const Vec place = dynamics_.tree.world_place(
+                dynamics_.contact_gaps.spot(dynamics_.tree, point).place);
             size = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
         }
         if (is_told && (height <= kRounded * size || duration <= settings_.together))
             low.push_back(point);
         else
-            hop_ = std::max(hop_ > 0.0 ? std::min(hop_, duration) : duration, settings_.together);
+            micro_bounce_ =
+                std::max(micro_bounce_ > 0.0 ? std::min(micro_bounce_, duration) : duration,
+                         settings_.together);
     }
     return low;
 }
 
 // Which points slide, roll and spin from here on, and which joints move; drift is taken out.
-bool Motion::settle(double no_slip) {
+bool Motion::find_slip_states(double no_slip) {
     double* v = y.data() + nq();
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    dynamics_.look(y.data(), v);
+    dynamics_.set_state(y.data(), v);
     std::vector<double> J;
     std::vector<int> turning;
     write_rows(rest_.points, J, turning);
-    const auto way_of = [&](const double* row, int size, double none) {
-        Slide slide;
+    const auto slip_state_of = [&](const double* row, int size, double none) {
+        SlipState slip_state;
         const double a = sum_of(row, v, nv()), b = size == 2 ? sum_of(row + nv(), v, nv()) : 0.0,
                      speed = std::hypot(a, b);
-        if (speed > none) slide = {true, {a / speed, b / speed}};
-        return slide;
+        if (speed > none) slip_state = {true, {a / speed, b / speed}};
+        return slip_state;
     };
     std::size_t next = rest_.points.size();
     for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        RestPoint& point = rest_.points[i];
-        point.slip = way_of(J.data() + 3 * i * nv(), 2, no_slip);
-        if (!dynamics_.touching.gaps()[point.gap].turns) continue;
-        point.roll = way_of(J.data() + 3 * next * nv(), 2, kNoTurn);
-        point.spin = way_of(J.data() + (3 * next + 2) * nv(), 1, kNoTurn);
+        RestingContact& point = rest_.points[i];
+        point.slip = slip_state_of(J.data() + 3 * i * nv(), 2, no_slip);
+        if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
+        point.roll = slip_state_of(J.data() + 3 * next * nv(), 2, kNoTurn);
+        point.spin = slip_state_of(J.data() + (3 * next + 2) * nv(), 1, kNoTurn);
         ++next;
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
         const double own = v[scene_->dry[j].v];
         rest_.dry[j] = std::abs(own) > kStillShare * fastest ? (own > 0.0 ? 1 : -1) : 0;
     }
-    return keep_up();
+    return update_rest();
 }
 
 // Of the points that rest these stay; contacts of which none does have ended their rest.
-void Motion::keep_points(std::vector<RestPoint> stays) {
-    for (const Rested& known : resting()) {
-        const bool rests_still = std::any_of(stays.begin(), stays.end(), [&](const RestPoint& p) {
-            return dynamics_.touching.gaps()[p.gap].entry == known.entry;
-        });
+void Motion::retain_contacts(std::vector<RestingContact> stays) {
+    for (const RestInterval& known : resting()) {
+        const bool rests_still =
+            std::any_of(stays.begin(), stays.end(), [&](const RestingContact& p) {
+                return dynamics_.contact_gaps.gaps()[p.gap].entry == known.entry;
+            });
         if (!rests_still) rests.push_back({known.entry, known.start, t});
     }
     rest_.points = std::move(stays);
@@ -204,18 +211,18 @@ void Motion::keep_points(std::vector<RestPoint> stays) {
 }
 
 // Points that neither push nor stay are let go of.
-void Motion::release() {
+void Motion::release_contacts() {
     const double* v = y.data() + nq();
-    dynamics_.look(y.data(), v);
+    dynamics_.set_state(y.data(), v);
     std::vector<double> J;
     std::vector<int> turning;
     write_rows(rest_.points, J, turning);
-    std::vector<RestPoint> stays;
+    std::vector<RestingContact> stays;
     std::vector<int> torn_gaps;
     for (std::size_t i = 0; i < rest_.points.size(); ++i) {
         double inside = INFINITY;
-        dynamics_.touching.gap_of(dynamics_.tree, rest_.points[i], y.data(), &inside);
-        const int entry = dynamics_.touching.gaps()[rest_.points[i].gap].entry;
+        dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(), &inside);
+        const int entry = dynamics_.contact_gaps.gaps()[rest_.points[i].gap].entry;
         const bool pulls = !scene_->pulls.empty() && scene_->pulls[entry] > 0.0;
         const bool torn = pulls && dynamics_.rate.size() == 3 * rest_.points.size() &&
                           dynamics_.rate[3 * i + 2] > kPartedAtEvent * dynamics_.size;
@@ -227,37 +234,37 @@ void Motion::release() {
     }
     if (stays.size() == rest_.points.size()) return;
     // Points that have left their faces may touch beside them.
-    keep_points(stays);
+    retain_contacts(stays);
     // What was torn off has no speed yet: rounding alone would close it again.
     for (int gap : torn_gaps) base_[gap] -= kGrazed;
 }
 
 // What keeps still and is not held begins to slide along its acceleration; what slides has its way
 // from its slip.
-bool Motion::update_slides() {
+bool Motion::update_slip_states() {
     bool changed = false;
     const std::size_t n = rest_.points.size();
     if (dynamics_.rate.size() != 3 * n) return false;
     // `smooth`: whether friction does not fall where it begins to slide.
-    const auto update = [&](Slide& slide, const double* speed, const double* rate, int size,
-                            double none, bool loaded, bool smooth) {
+    const auto update = [&](SlipState& slip_state, const double* speed, const double* rate,
+                            int size, double none, bool loaded, bool smooth) {
         const double length = size == 2 ? std::hypot(speed[0], speed[1]) : std::abs(speed[0]);
         const double torn = size == 2 ? std::hypot(rate[0], rate[1]) : std::abs(rate[0]);
         const bool tears = torn > kTorn * dynamics_.size;
-        if (slide.begins() && !tears) {
-            slide = Slide();
+        if (slip_state.begins() && !tears) {
+            slip_state = SlipState();
             changed = true;
-        } else if (slide.moves && length > (slide.begins() ? dynamics_.slow : none)) {
-            for (int j = 0; j < size; ++j) slide.way[j] = speed[j] / length;
-        } else if (!slide.moves && loaded && tears) {
-            slide.moves = changed = true;
-            for (int j = 0; j < size && !smooth; ++j) slide.way[j] = rate[j] / torn;
+        } else if (slip_state.moves && length > (slip_state.begins() ? dynamics_.slow : none)) {
+            for (int j = 0; j < size; ++j) slip_state.direction[j] = speed[j] / length;
+        } else if (!slip_state.moves && loaded && tears) {
+            slip_state.moves = changed = true;
+            for (int j = 0; j < size && !smooth; ++j) slip_state.direction[j] = rate[j] / torn;
         }
     };
     std::size_t next = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        RestPoint& point = rest_.points[i];
-        const Gap& gap = dynamics_.touching.gaps()[point.gap];
+        RestingContact& point = rest_.points[i];
+        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
         const bool drops = dynamics_.has_drop(gap.entry);
         if (dynamics_.static_friction(gap.entry) > 0.0 || drops)
             update(point.slip, dynamics_.slip.data() + 3 * i, dynamics_.rate.data() + 3 * i, 2,
@@ -283,35 +290,37 @@ bool Motion::update_slides() {
 
 // At the end of a step: what rests does from here on; drift of what holds is taken out. `is_known`:
 // whether the last evaluation was here.
-bool Motion::keep_up(bool is_known) {
-    trouble_ = Trouble::none;
-    const auto look = [&] {
+bool Motion::update_rest(bool is_known) {
+    failure_ = DynamicsFailure::none;
+    const auto evaluate = [&] {
         if (rate(t, y.data(), rate_.data())) return true;
-        if (trouble_ == Trouble::rest_not_solved && !rest_.points.empty()) return false;
+        if (failure_ == DynamicsFailure::rest_not_solved && !rest_.points.empty()) return false;
         return fail();
     };
-    const auto jam = [&] { return ended == Ended::not_yet && (without_collision() || fail()); };
-    if (!is_known && !look()) return jam();
+    const auto jam = [&] {
+        return ended == Ended::not_yet && (impact_without_collision() || fail());
+    };
+    if (!is_known && !evaluate()) return jam();
     const std::size_t before = rest_.points.size();
-    if (before > 0) release();
-    if (rest_.points.size() != before && !look()) return jam();
-    bool changed = update_slides();
-    const bool moved = take_out_drift(false);
-    if (moved || changed) {
-        if (!look()) return jam();
+    if (before > 0) release_contacts();
+    if (rest_.points.size() != before && !evaluate()) return jam();
+    bool changed = update_slip_states();
+    const bool corrected = correct_drift(false);
+    if (corrected || changed) {
+        if (!evaluate()) return jam();
         // Once more: what was found to slide may change the loads of the others.
-        if (update_slides() && !look()) return jam();
+        if (update_slip_states() && !evaluate()) return jam();
     }
     return true;
 }
 
 // Bring constraints, and resting points where they push (or all their normals), back to where they
 // belong, by as little as can be in the metric of M; whether anything moved.
-bool Motion::take_out_drift(bool all_normals) {
-    bool moved = false;
+bool Motion::correct_drift(bool all_normals) {
+    bool corrected = false;
     std::vector<double> off, rows, change, dq(nv()), shift(nq()), J;
     std::vector<int> of_rows, turning;
-    const int m = dynamics_.holding.rows();
+    const int m = dynamics_.constraints.rows();
     const auto add_row = [&](const double* row, double by) {
         rows.insert(rows.end(), row, row + nv());
         change.push_back(by);
@@ -322,46 +331,46 @@ bool Motion::take_out_drift(bool all_normals) {
         return most;
     };
     for (int step = 0; step < kMostSteps; ++step) {
-        dynamics_.look(y.data(), y.data() + nq());
+        dynamics_.set_state(y.data(), y.data() + nq());
         rows.clear(), change.clear(), off.clear();
         if (m > 0) {
-            dynamics_.holding.fill_rows(dynamics_.tree, y.data());
-            dynamics_.holding.drift(dynamics_.tree, y.data(), t, off, of_rows);
+            dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
+            dynamics_.constraints.drift(dynamics_.tree, y.data(), t, off, of_rows);
             for (std::size_t i = 0; i < off.size(); ++i)
-                add_row(dynamics_.holding.A() + of_rows[i] * nv(), -off[i]);
+                add_row(dynamics_.constraints.A() + of_rows[i] * nv(), -off[i]);
         }
         write_rows(rest_.points, J, turning);
         for (std::size_t i = 0; i < rest_.points.size(); ++i)
             if (rest_.points[i].pressed || all_normals)
-                add_row(
-                    J.data() + (3 * i + 2) * nv(),
-                    -dynamics_.touching.gap_of(dynamics_.tree, rest_.points[i], y.data(), nullptr));
+                add_row(J.data() + (3 * i + 2) * nv(),
+                        -dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(),
+                                                       nullptr));
         if (!(largest_of(change) > kNoDrift)) break;
-        if (!dynamics_.moved(rows.data(), static_cast<int>(change.size()), change.data(),
-                             dq.data()))
+        if (!dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
+                                           change.data(), dq.data()))
             break;
         configuration_rate(*scene_->scene.model, y.data(), dq.data(), shift.data());
         for (int i = 0; i < nq(); ++i) y[i] += shift[i];
         normalize_configuration(*scene_->scene.model, y.data());
-        moved = true;
+        corrected = true;
     }
-    dynamics_.look(y.data(), y.data() + nq());
+    dynamics_.set_state(y.data(), y.data() + nq());
     double* v = y.data() + nq();
     rows.clear(), change.clear();
     if (m > 0) {
         std::vector<double> speed(m), rate(m);
-        dynamics_.holding.fill_rows(dynamics_.tree, y.data());
-        dynamics_.holding.speeds(t, speed.data(), rate.data());
+        dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
+        dynamics_.constraints.speeds(t, speed.data(), rate.data());
         for (int r = 0; r < m; ++r) {
-            const double* row = dynamics_.holding.A() + r * nv();
+            const double* row = dynamics_.constraints.A() + r * nv();
             add_row(row, speed[r] - sum_of(row, v, nv()));
         }
     }
     write_rows(rest_.points, J, turning);
     std::size_t next = rest_.points.size();
     for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        const RestPoint& point = rest_.points[i];
-        const Gap& gap = dynamics_.touching.gaps()[point.gap];
+        const RestingContact& point = rest_.points[i];
+        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
         const double* row = J.data() + 3 * i * nv();
         const bool keeps = point.pressed || all_normals;
         const auto still = [&](const double* own) { add_row(own, -sum_of(own, v, nv())); };
@@ -388,21 +397,22 @@ bool Motion::take_out_drift(bool all_normals) {
                 add_row(row.data(), -v[scene_->dry[j].v]);
             }
     if (largest_of(change) > kNoDrift &&
-        dynamics_.moved(rows.data(), static_cast<int>(change.size()), change.data(), dq.data())) {
+        dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
+                                      dq.data())) {
         for (int i = 0; i < nv(); ++i) v[i] += dq[i];
-        moved = true;
+        corrected = true;
     }
-    return moved;
+    return corrected;
 }
 
 // Gaps that are closed, or overlap by rounding, count as zero.
 void Motion::rebase() {
-    dynamics_.look(y.data(), y.data() + nq());
-    const auto& gaps = dynamics_.touching.gaps();
+    dynamics_.set_state(y.data(), y.data() + nq());
+    const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i)
         base_[i] = passing_[i]
                        ? 0.0
-                       : std::min(dynamics_.touching
+                       : std::min(dynamics_.contact_gaps
                                       .measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq())
                                       .gap,
                                   0.0);

@@ -517,7 +517,8 @@ class Rows {
                         found_[k].push_back(
                             follow(feature, contact.first, first, contact.other, other));
             } else {
-                touching(contact.first, first, contact.other, other, contact.limit, found_[k]);
+                contact_points(contact.first, first, contact.other, other, contact.limit,
+                               found_[k]);
             }
             most = std::max(most, found_[k].size());
         }
@@ -596,7 +597,7 @@ class Rows {
     }
 
     std::vector<S> six_;
-    std::vector<TouchPoint> found_[Number<S>::lanes];
+    std::vector<ContactPoint> found_[Number<S>::lanes];
 };
 
 }  // namespace impulsekit

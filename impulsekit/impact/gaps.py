@@ -11,7 +11,7 @@ from typing import Any
 import coal
 import numpy as np
 
-from .._core import nearest_points, touching
+from .._core import contact_points, nearest_points
 from ..geometry.axes import place_numbers
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
@@ -265,7 +265,9 @@ class _Pair:
 
     def touching(self, within: float) -> list[Any]:
         """The points no further apart [m]."""
-        return touching(self.shapes[0], self.numbers[0], self.shapes[1], self.numbers[1], within)
+        return contact_points(
+            self.shapes[0], self.numbers[0], self.shapes[1], self.numbers[1], within
+        )
 
     @property
     def nearest(self) -> np.ndarray:

@@ -207,7 +207,7 @@ def _hold(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
             size = np.size(velocity_at(velocity, name, 0.0))
             rates = Rates(velocity, f"{name}: velocity", size)
             speeds.append((flat.slices[i], partial(velocity_at, velocity, name), rates))
-    core.set_holding(
+    core.set_constraints(
         (lambda q: np.concatenate([f.matrix_at(q).ravel() for f in functions]))
         if functions
         else None,
@@ -238,7 +238,7 @@ def _touch(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
     conditions = {
         i: (active, f"{names[i]}: active") for i, active in enumerate(given) if active is not None
     }
-    core.set_touching(
+    core.set_gap_functions(
         partial(_gap_rows, functions) if functions else None,
         (lambda i, q, v: functions[i].bias(q, v)) if functions else None,
         (lambda i, q, v: _counts(conditions, i, q, v)) if conditions else None,

@@ -195,7 +195,7 @@ class Simulation(Displayed):
         followed, (q, v) = self._followed, self._followed.core.state(self._t)
         slow = slip_without_direction(followed.settings)
         core = ForcesOfMotion(flat_motion(followed.scene).core, slow)
-        found = core.at(self._t, q, v, followed.core.footing(self._t))
+        found = core.at(self._t, q, v, followed.core.resting_state(self._t))
         names, forces = followed.scene.entry_names("contacts"), dict[str, np.ndarray]()
         for point in pushed_points(followed.scene, found):
             name = names[point.entry]

@@ -69,7 +69,7 @@ def begin(
     if any(isinstance(getattr(c, "friction", 0.0), EllipticFriction) for c in scene.contacts):
         # An axis of friction along a normal is an error.
         flat_motion(scene).flat.rows(q, v)
-    touching = core.touching_at_start()
+    touching = core.gaps_closed_at_start()
     _refuse_penetration(scene, touching)
     check_driven(scene, q)
     if not scene.constraints:
@@ -77,7 +77,7 @@ def begin(
     slow = max(SLOW_SHARE * settings.capture_speed, FAINT * largest)
     struck: list[tuple[float, Impact]] = []
     meets = any(rate < -slow for _, _, _, rate in touching)
-    if scene.impulses or meets or core.has_to_move():
+    if scene.impulses or meets or core.is_driven_off():
         impact = ImpactSolver(scene).solve_touching(q, v, {entry for _, entry, _, _ in touching})
         struck.append((0.0, impact))
         v = impact.v_after

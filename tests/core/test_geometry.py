@@ -124,7 +124,7 @@ class Two:
     def touching(self, margin):
         a, b = ([shape] for shape in self.shapes)
         pa, pb = map(place_numbers, self.places)
-        return _core.touching(a, pa, b, pb, margin)
+        return _core.contact_points(a, pa, b, pb, margin)
 
     def follow(self, feature):
         a, b = ([shape] for shape in self.shapes)

@@ -163,7 +163,7 @@ def _kept(followed: Followed, status: MotionStatus, times: np.ndarray) -> RowRes
 def _columns(followed: Followed) -> dict[str, np.ndarray]:
     """The columns of ``ImpactTable`` for the impacts of one motion."""
     robot, contacts = followed.scene.robot, len(followed.scene.contacts)
-    times, codes, before, after, touching, impulses = followed.core.met
+    times, codes, before, after, touching, impulses = followed.core.impact_table
     columns = _no_impacts(followed.scene, len(times))
     columns["time"][:], columns["status"][:] = times, codes
     columns["touching"][:] = touching.reshape(len(times), contacts) > 0.0

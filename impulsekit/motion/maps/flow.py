@@ -54,7 +54,7 @@ class Flow:
         self._model = scene.robot.model
         of_scene = scene.entry_names("contacts")
         self._entries = {i for i, name in enumerate(of_scene) if name in names}
-        self._footing: Any = None
+        self._resting_state: Any = None
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇ at a state of the motion itself.
@@ -63,8 +63,8 @@ class Flow:
             InputError: there is none.
         """
         self._begin(q, v)
-        found = self._core.at(t, q, v, self._footing)
-        if found["trouble"]:
+        found = self._core.at(t, q, v, self._resting_state)
+        if found["failure"]:
             raise InputError(f"sensitivity: at {t:g} s {NO_MOTION}")
         return np.array(found["acceleration"])
 
@@ -104,7 +104,7 @@ class Flow:
             if entry in self._entries:
                 nearest[entry] = min(nearest.get(entry, (np.inf, -1)), (abs(value), gap))
         core.begin(v, sorted(gap for _, gap in nearest.values()))
-        self._footing = (*core.footing(0.0)[:2], self.controls)
+        self._resting_state = (*core.resting_state(0.0)[:2], self.controls)
 
     def _piece(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by_controls: bool
@@ -124,11 +124,11 @@ class Flow:
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         nv = len(v)
-        q, footing = pin.integrate(self._model, q, by[:nv]), self._footing
+        q, resting_state = pin.integrate(self._model, q, by[:nv]), self._resting_state
         if len(by) > 2 * nv:
             torques = self.controls if len(self.controls) else np.zeros(nv)
-            footing = (*footing[:2], torques + by[2 * nv :])
-        found: Any = self._core.flow(start, end, q, v + by[nv : 2 * nv], footing, RTOL, ATOL)
+            resting_state = (*resting_state[:2], torques + by[2 * nv :])
+        found: Any = self._core.flow(start, end, q, v + by[nv : 2 * nv], resting_state, RTOL, ATOL)
         if found is None:
             raise InputError(
                 f"sensitivity: from {start:g} to {end:g} s, a little beside the motion, {NO_MOTION}"

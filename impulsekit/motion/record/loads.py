@@ -99,7 +99,7 @@ class Loads:
         inside = math.nextafter(start, math.inf), math.nextafter(end, -math.inf)
         self.t = min(max(t, inside[0]), inside[1]) if inside[0] < inside[1] else t
         self.q, self.v = of.path.state(t)
-        found = of.core.at(self.t, self.q, self.v, of.path.footing(t))
+        found = of.core.at(self.t, self.q, self.v, of.path.resting_state(t))
         self.acceleration = found["acceleration"]
         data = of.data
         pin.forwardKinematics(of.model, data, self.q, self.v)

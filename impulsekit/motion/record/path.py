@@ -26,8 +26,8 @@ class Path:
         self._times = np.asarray(given["times"]).reshape(-1, 4)
         self._before = np.asarray(given["before"]).reshape(len(self._times), size)
         self._shape = np.asarray(given["shape"]).reshape(len(self._times), 7, size)
-        self._footing = list(given["footing"])
-        self._footings = list(given["footings"])
+        self._resting_state = list(given["resting_state"])
+        self._resting_states = list(given["resting_states"])
         self._last = t, np.array(q), np.array(v)
         self.step_times, self.end = self._times[:, 0], float(t)
 
@@ -36,13 +36,15 @@ class Path:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The path as plain arrays; ``of_arrays`` makes it again."""
-        points, dry, controls = zip(*self._footings, strict=True) if self._footings else ((),) * 3
+        points, dry, controls = (
+            zip(*self._resting_states, strict=True) if self._resting_states else ((),) * 3
+        )
         t, q, v = self._last
         return {
             "path_times": self._times,
             "path_before": self._before,
             "path_shape": self._shape,
-            "path_footing": np.array(self._footing, dtype=np.int64),
+            "path_footing": np.array(self._resting_state, dtype=np.int64),
             "path_rests": np.concatenate([np.zeros(0), *points]),
             "path_rests_end": np.cumsum([own.size for own in points], dtype=np.int64),
             "path_dry": np.array(dry, dtype=np.int64).reshape(len(dry), -1 if len(dry) else 0),
@@ -60,8 +62,8 @@ class Path:
             "times": arrays["path_times"],
             "before": arrays["path_before"],
             "shape": arrays["path_shape"],
-            "footing": arrays["path_footing"].tolist(),
-            "footings": list(zip(points, dry, arrays["path_controls"], strict=True)),
+            "resting_state": arrays["path_footing"].tolist(),
+            "resting_states": list(zip(points, dry, arrays["path_controls"], strict=True)),
         }
         return cls(model, given, float(end[0]), end[1 : 1 + model.nq], end[1 + model.nq :])
 
@@ -82,11 +84,11 @@ class Path:
         start, end, _, _ = self._times[int(self._number(t))].tolist()
         return start, end
 
-    def footing(self, t: float) -> tuple[np.ndarray, list[int], np.ndarray]:
+    def resting_state(self, t: float) -> tuple[np.ndarray, list[int], np.ndarray]:
         """Return the resting contacts of the step at a time, as the core has them."""
         if not len(self):
             return np.zeros(0), [], np.zeros(0)
-        return self._footings[self._footing[int(self._number(t))]]
+        return self._resting_states[self._resting_state[int(self._number(t))]]
 
     def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """q (T, nq) and v (T, nv) at times; just after it where an impact happened."""
@@ -115,7 +117,7 @@ class Path:
 
 
 def _table(controls: Sequence[np.ndarray]) -> np.ndarray:
-    """Torques that were set, (footings, nv), or (footings, 0) where none ever were."""
+    """Torques that were set, (resting_states, nv), or (resting_states, 0) where none ever were."""
     size = max((own.size for own in controls), default=0)
     full = [own if own.size else np.zeros(size) for own in controls]
     return np.array(full, dtype=float).reshape(len(controls), size)

@@ -220,12 +220,12 @@ def _check_arrays(arrays: dict[str, np.ndarray], scene: Scene, source: str) -> N
                 f"robot, expected {np.dtype(kind)} of shape {shape}"
             )
     starts, ends = arrays["path_times"][:, 0], arrays["path_times"][:, 1]
-    footing, last = arrays["path_footing"], arrays["path_rests_end"]
+    resting_state, last = arrays["path_footing"], arrays["path_rests_end"]
     if not (np.isfinite(arrays["t"]).all() and np.isfinite(arrays["path_times"]).all()):
         raise InputError(f"{source} holds times that are not finite")
     if not ((starts <= ends).all() and (np.diff(starts) >= 0.0).all()):
         raise InputError(f"{source} holds steps that are not in order of time")
-    inside = not len(footing) or (footing.min() >= 0 and footing.max() < rests)
+    inside = not len(resting_state) or (resting_state.min() >= 0 and resting_state.max() < rests)
     rising = (np.diff(last) >= 0).all() and (not rests or last[-1] == arrays["path_rests"].size)
     if not (inside and rising):
         raise InputError(f"{source} holds rests that are none of its steps'")

@@ -21,7 +21,7 @@ Placement relative_to(const Placement& pb, const Placement& pa) {
             pb.back(pa.origin)};
 }
 
-Shape moved(const Shape& shape, const Placement& at) {
+Shape placed(const Shape& shape, const Placement& at) {
     Shape found = shape;
     for (auto& p : found.points) p = at.act(p);
     for (auto& c : found.circles) c.centre = at.act(c.centre);
@@ -57,13 +57,13 @@ double inside_of(const Shape& shape, const Face& face, const V& point) {
     const std::size_t n = face.loop.size();
     for (std::size_t k = 0; k < n; ++k) {
         const V& corner = shape.points[face.loop[k]];
-        const V way = shape.points[face.loop[(k + 1) % n]] - corner;
-        least = std::min(least, dot(cross(face.normal, way), point - corner) / length(way));
+        const V along = shape.points[face.loop[(k + 1) % n]] - corner;
+        least = std::min(least, dot(cross(face.normal, along), point - corner) / length(along));
     }
     for (const Shape::Circle& c : shape.circles) {
         if (n > 0 || std::abs(dot(face.normal, c.centre) - face.offset) > kBeside) continue;
-        const V way = point - c.centre;
-        least = std::min(least, c.radius - length(way - face.normal * dot(way, face.normal)));
+        const V along = point - c.centre;
+        least = std::min(least, c.radius - length(along - face.normal * dot(along, face.normal)));
     }
     return least;
 }
@@ -102,11 +102,11 @@ struct Finder {
     const Pieces& pieces;
     V n;
     double least, most;
-    std::vector<TouchPoint> found;
+    std::vector<ContactPoint> found;
 
-    void take(const V& at, double gap, const Feature& feature) {
+    void add_point(const V& at, double gap, const Feature& feature) {
         if (!(gap >= least && gap <= most)) return;
-        for (const TouchPoint& known : found) {
+        for (const ContactPoint& known : found) {
             const V away = at - known.point;
             if (std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)}) <= kOnePoint)
                 return;
@@ -145,8 +145,9 @@ void take_corners(Finder& finder, int side, const std::vector<char>& near) {
         over -= own.radius;
         const double gap = over - ground.radius;
         const V at = own.points[i] - ground.faces[face].normal * (own.radius + 0.5 * gap);
-        finder.take(at, gap,
-                    named(finder.pieces, Feature::corner_on_face, side, static_cast<int>(i), face));
+        finder.add_point(
+            at, gap,
+            named(finder.pieces, Feature::corner_on_face, side, static_cast<int>(i), face));
     }
 }
 
@@ -168,20 +169,22 @@ void take_crossings(Finder& finder, const std::vector<char>* near, double least)
             Feature feature =
                 named(finder.pieces, Feature::edges_cross, one.start, one.end, two.start, two.end);
             feature.fixed[0] = sign, feature.fixed[1] = kStillCross * sine;
-            finder.take((c.here + c.there - finder.n * (a.radius - b.radius)) * 0.5, gap, feature);
+            finder.add_point((c.here + c.there - finder.n * (a.radius - b.radius)) * 0.5, gap,
+                             feature);
         }
     }
 }
 
 // The ends of what two polytopes share, or one and a half-space, along their normal.
-std::vector<TouchPoint> of_polytopes(const Pieces& pieces, double gap, const V& n, double margin) {
+std::vector<ContactPoint> of_polytopes(const Pieces& pieces, double gap, const V& n,
+                                       double margin) {
     std::vector<char> near[2];
     double level[2], thick[2], size = 0.0;
     for (int side : {0, 1}) {
         const Shape& own = pieces.of(side);
-        const V way = side == 0 ? -n : n;
-        level[side] = own.kind == Shape::half_space ? 0.0 : support(own, way);
-        thick[side] = own.kind == Shape::half_space ? 1e300 : level[side] + support(own, -way);
+        const V along = side == 0 ? -n : n;
+        level[side] = own.kind == Shape::half_space ? 0.0 : support(own, along);
+        thick[side] = own.kind == Shape::half_space ? 1e300 : level[side] + support(own, -along);
         for (const V& p : own.points) {
             const V away = p - own.points[0];
             size = std::max({size, std::abs(away.x), std::abs(away.y), std::abs(away.z)});
@@ -203,7 +206,7 @@ std::vector<TouchPoint> of_polytopes(const Pieces& pieces, double gap, const V& 
     if (finder.found.empty()) take_crossings(finder, near, 0.0);
     const bool on_first = pieces.a.kind != Shape::half_space;
     const double middle = on_first ? -level[0] - 0.5 * gap : level[1] + 0.5 * gap;
-    for (TouchPoint& p : finder.found) p.point += n * (middle - dot(p.point, n));
+    for (ContactPoint& p : finder.found) p.point += n * (middle - dot(p.point, n));
     return finder.found;
 }
 
@@ -267,7 +270,7 @@ bool name_parts(const Pieces& pieces, const PatchPoint& point, const V& n, Featu
                                       std::vector<char>(b.points.size(), 1)};
     Finder finder{pieces, n, point.gap - kOnePoint, point.gap + kOnePoint, {}};
     take_crossings(finder, all, kEndsPatch);
-    for (const TouchPoint& crossing : finder.found)
+    for (const ContactPoint& crossing : finder.found)
         if (is_here(crossing.point)) {
             found = crossing.feature;
             return true;
@@ -347,13 +350,13 @@ Feature name_of(const Pieces& pieces, const PatchPoint& point, const V& n, bool 
     return named(pieces, Feature::nearest_points, 0, 0, 0);
 }
 
-std::vector<TouchPoint> touching_pieces(const Pieces& pieces, double gap, const V& n,
-                                        double margin) {
+std::vector<ContactPoint> contact_points_of_pieces(const Pieces& pieces, double gap, const V& n,
+                                                   double margin) {
     const auto flat = [](const Shape& s) {
         return s.kind == Shape::polytope || s.kind == Shape::half_space;
     };
     if (flat(pieces.a) && flat(pieces.b)) return of_polytopes(pieces, gap, n, margin);
-    std::vector<TouchPoint> found;
+    std::vector<ContactPoint> found;
     const bool turn = pieces.a.kind == Shape::half_space;
     const std::vector<PatchPoint> points = turn ? patch_of(pieces.b, pieces.a, gap, -n, margin)
                                                 : patch_of(pieces.a, pieces.b, gap, n, margin);
@@ -400,8 +403,9 @@ bool Feature::operator==(const Feature& other) const {
            std::equal(fixed, fixed + said, other.fixed);
 }
 
-void touching(const std::vector<Shape>& first, const Placement& pa, const std::vector<Shape>& other,
-              const Placement& pb, double margin, std::vector<TouchPoint>& found) {
+void contact_points(const std::vector<Shape>& first, const Placement& pa,
+                    const std::vector<Shape>& other, const Placement& pb, double margin,
+                    std::vector<ContactPoint>& found) {
     for (std::size_t i = 0; i < first.size(); ++i) {
         for (std::size_t j = 0; j < other.size(); ++j) {
             const Shape &a = first[i], &b = other[j];
@@ -412,8 +416,8 @@ void touching(const std::vector<Shape>& first, const Placement& pa, const std::v
             gap_of(a, pa, b, pb, gap, n);
             if (!(gap <= margin)) continue;
             const Placement at = relative_to(pb, pa);
-            const Pieces pieces{moved(a, at), b, at, {static_cast<int>(i), static_cast<int>(j)}};
-            for (TouchPoint& p : touching_pieces(pieces, gap, n, margin)) {
+            const Pieces pieces{placed(a, at), b, at, {static_cast<int>(i), static_cast<int>(j)}};
+            for (ContactPoint& p : contact_points_of_pieces(pieces, gap, n, margin)) {
                 p.point = pb.act(p.point);
                 p.normal = pb.rotation * p.normal;
                 found.push_back(p);
@@ -422,10 +426,10 @@ void touching(const std::vector<Shape>& first, const Placement& pa, const std::v
     }
 }
 
-TouchPoint follow(const Feature& feature, const std::vector<Shape>& first, const Placement& pa,
-                  const std::vector<Shape>& other, const Placement& pb, double* inside) {
+ContactPoint follow(const Feature& feature, const std::vector<Shape>& first, const Placement& pa,
+                    const std::vector<Shape>& other, const Placement& pb, double* inside) {
     const Shape &a = first[feature.piece[0]], &b = other[feature.piece[1]];
-    TouchPoint found;
+    ContactPoint found;
     found.feature = feature;
     double ends = std::numeric_limits<double>::infinity();
     if (inside) *inside = ends;

@@ -4,13 +4,13 @@
 #include <functional>
 #include <vector>
 
-#include "motion/between.hpp"
+#include "motion/frame_pair_motion.hpp"
 #include "scene/scene.hpp"
 
 namespace impulsekit {
 
 // What users' functions say of constraints; empty where a scene has none of the kind.
-struct HoldingFunctions {
+struct ConstraintFunctions {
     std::function<void(const double* q, double* rows)> rows;  // (function rows, nv)
     std::function<void(const double* q, const double* v, double* bias)> bias;
     std::function<void(const double* q, double* values)> values;
@@ -20,12 +20,12 @@ struct HoldingFunctions {
     std::function<double(int entry, double t)> place;
 };
 
-class Holding {
+class BilateralConstraints {
   public:
     // `entries`: so many of the scene's first constraints hold between impacts, too. `driven`:
     // (entries) whether each is a joint's place as a function of time, or its rows' velocity.
-    Holding(const Scene& scene, int entries, std::vector<char> driven_places,
-            std::vector<char> driven_speeds, HoldingFunctions functions);
+    BilateralConstraints(const Scene& scene, int entries, std::vector<char> driven_places,
+                         std::vector<char> driven_speeds, ConstraintFunctions functions);
 
     int rows() const { return rows_; }
     const int* vectors() const { return scene_->vectors.data(); }
@@ -63,14 +63,14 @@ class Holding {
     void drift_of_speeds(const Held& held, int entry, const Kept& kept, const double* q, double t,
                          std::vector<double>& off, std::vector<int>& rows) const;
     // The difference of an entry of v's coordinate from what it was, along v.
-    double moved(int v, const double* from, const double* to) const;
+    double coordinate_difference(int v, const double* from, const double* to) const;
     bool is_plain(const Held& held) const;
 
     const Scene* scene_;
     int entries_, rows_ = 0;
     std::vector<char> driven_places_, driven_speeds_;
-    HoldingFunctions functions_;
-    void widen(const Held& held, const double* six, double least);
+    ConstraintFunctions functions_;
+    void set_widening(const Held& held, const double* six, double least);
 
     std::vector<double> A_, wider_, bias_, velocity_;
     std::vector<Kept> kept_;

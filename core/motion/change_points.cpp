@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kMostBack = 100;
 // How far a leap reaches, in lengths of the way to the change point, and at least in those of the
 // longest step; from how many times as long it is learnt.
-constexpr double kReach = 1.5, kLeastReach = 1e-2, kLearnt = 4.0;
+constexpr double kReach = 1.5, kLeastReach = 1e-2, kFitted = 4.0;
 // Behind, velocities may be off by this part of the largest; accelerations of the polynomial are
 // told from values of it this part of the leap apart.
 constexpr double kOff = 1e-6, kApart = 1e-3;
@@ -39,9 +39,9 @@ void basis(double x, double* to) {
 }  // namespace
 
 // The polynomial through states of the path before a time, from there on.
-Step Motion::learnt(double start, double length) const {
+Step Motion::extrapolation(double start, double length) const {
     const int n = static_cast<int>(y.size());
-    const double begin = start - kLearnt * length;
+    const double begin = start - kFitted * length;
     std::vector<double> nodes(kNodes), values(kNodes * n), weights(kNodes);
     for (int i = 0; i < kNodes; ++i) {
         nodes[i] = begin + 0.5 * (1.0 - std::cos(kPi * i / (kNodes - 1))) * (start - begin);
@@ -86,20 +86,20 @@ Step Motion::learnt(double start, double length) const {
 }
 
 // By which part of the terms in them velocities, places and accelerations are off behind a leap.
-double Motion::off_behind(const Step& leap) {
-    const int m = dynamics_.holding.rows();
-    const double length = leap.end - leap.start, apart = kApart * length;
-    look(leap, leap.end);
+double Motion::error_behind(const Step& jump) {
+    const int m = dynamics_.constraints.rows();
+    const double length = jump.end - jump.start, apart = kApart * length;
+    set_state(jump, jump.end);
     const double* v = here_.data() + nq();
-    dynamics_.holding.fill_rows(dynamics_.tree, here_.data());
+    dynamics_.constraints.fill_rows(dynamics_.tree, here_.data());
     std::vector<double> speed(m), rate(m), terms(m), off;
     std::vector<int> rows;
-    dynamics_.holding.speeds(leap.end, speed.data(), rate.data());
+    dynamics_.constraints.speeds(jump.end, speed.data(), rate.data());
     const double fastest = largest(v, nv());
     double worst = 0.0;
     for (int r = 0; r < m; ++r) {
         double sum = 0.0;
-        const double* row = dynamics_.holding.A() + r * nv();
+        const double* row = dynamics_.constraints.A() + r * nv();
         for (int i = 0; i < nv(); ++i) {
             sum += row[i] * v[i];
             terms[r] += std::abs(row[i]) * fastest;
@@ -107,17 +107,17 @@ double Motion::off_behind(const Step& leap) {
         terms[r] += std::abs(speed[r]);
         if (terms[r] > 0.0) worst = std::max(worst, std::abs(sum - speed[r]) / terms[r]);
     }
-    dynamics_.holding.drift(dynamics_.tree, here_.data(), leap.end, off, rows);
+    dynamics_.constraints.drift(dynamics_.tree, here_.data(), jump.end, off, rows);
     for (std::size_t i = 0; i < off.size(); ++i)
         if (terms[rows[i]] > 0.0)
             worst = std::max(worst, std::abs(off[i]) / length / terms[rows[i]]);
     if (!(worst < kOff)) return worst;
     const std::vector<double> after = here_;
-    look(leap, leap.end - apart);
+    set_state(jump, jump.end - apart);
     const std::vector<double> before = here_;
     std::vector<double> middle(y.size()), found(y.size());
-    leap.at(leap.end - 0.5 * apart, middle.data());
-    if (!this->rate(leap.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
+    jump.at(jump.end - 0.5 * apart, middle.data());
+    if (!this->rate(jump.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
     for (int i = nq(); i < nq() + nv(); ++i)
         worst = std::max(worst, std::abs((after[i] - before[i]) / apart - found[i]) * length /
                                     std::max(fastest, 1e-300));
@@ -125,8 +125,8 @@ double Motion::off_behind(const Step& leap) {
 }
 
 // Go past a change point of what is held; false where none is near.
-bool Motion::leap(double until) {
-    if (dynamics_.holding.rows() == 0 || rest_.acts() || path.empty()) return false;
+bool Motion::pass_change_point(double until) {
+    if (dynamics_.constraints.rows() == 0 || rest_.acts() || path.empty()) return false;
     const std::size_t first = path.size() > kMostBack ? path.size() - kMostBack : 0;
     double longest = 0.0, least = INFINITY;
     for (std::size_t i = first; i < path.size(); ++i)
@@ -136,9 +136,9 @@ bool Motion::leap(double until) {
     for (std::size_t i = first; i < path.size(); ++i) {
         const double start = path[i].step.start,
                      length = std::max(kReach * (t - start), kLeastReach * longest);
-        if (start - kLearnt * length < smooth_since_ || start + length > until) continue;
-        const Step step = learnt(start, length);
-        const double off = off_behind(step);
+        if (start - kFitted * length < smooth_since_ || start + length > until) continue;
+        const Step step = extrapolation(start, length);
+        const double off = error_behind(step);
         if (!(off < std::min(least, kOff))) continue;
         least = off;
         best = step;
@@ -151,7 +151,7 @@ bool Motion::leap(double until) {
     normalize_configuration(*scene_->scene.model, y.data());
     t = best.end;
     stepper_.next = best.length;
-    return keep_up();
+    return update_rest();
 }
 
 }  // namespace impulsekit

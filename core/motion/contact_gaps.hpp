@@ -7,28 +7,28 @@
 
 #include "geometry/shapes.hpp"
 #include "impact/coefficients.hpp"
-#include "motion/between.hpp"
+#include "motion/frame_pair_motion.hpp"
 #include "scene/scene.hpp"
 
 namespace impulsekit {
 
 // Whether what touches rubs, rolls or spins, and which way: it keeps still, or it moves.
-struct Slide {
+struct SlipState {
     bool moves = false;
-    double way[2] = {};  // unit vector in the tangents; of a spin its sign
+    double direction[2] = {};  // unit vector in the tangents; of a spin its sign
 
     // Whether slip has just begun: it has no way yet but that of its acceleration, to which
     // friction turns it within nanoseconds.
-    bool begins() const { return moves && way[0] == 0.0 && way[1] == 0.0; }
+    bool begins() const { return moves && direction[0] == 0.0 && direction[1] == 0.0; }
 };
 
 // A point that rests.
-struct RestPoint {
+struct RestingContact {
     int gap = 0;
     Feature feature{};    // of bodies, how it is followed
     double since = 0.0;   // [s]
     bool pressed = true;  // at the last evaluation
-    Slide slip, roll, spin;
+    SlipState slip, roll, spin;
 };
 
 // One way in which a contact of the scene may touch: a joint stop has two.
@@ -54,7 +54,7 @@ struct Bodies {
     double reach = 0.0;
 };
 
-struct TouchingFunctions {
+struct GapFunctions {
     // Gap and (3, nv) rows of the i-th contact by functions, and the rates of its rows.
     std::function<void(int i, const double* q, double* found)> rows;
     std::function<void(int i, const double* q, const double* v, double* bias)> bias;
@@ -79,10 +79,10 @@ struct Ahead {
     double base = 0.0, acceleration = 0.0;
 };
 
-class Touching {
+class ContactGaps {
   public:
-    Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
-             TouchingFunctions functions, const std::vector<char>& conditional);
+    ContactGaps(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
+                GapFunctions functions, const std::vector<char>& conditional);
 
     const std::vector<Gap>& gaps() const { return gaps_; }
     const Bodies& bodies_of(const Gap& gap) const { return bodies_[gap.entry]; }
@@ -92,21 +92,21 @@ class Touching {
     GapState measure(const Tree<double>& tree, const Gap& gap, const double* q, const double* v,
                      const Ahead* ahead = nullptr) const;
     // The gap of one resting point, and how far inside its face or edges it is.
-    double gap_of(const Tree<double>& tree, const RestPoint& point, const double* q,
+    double gap_of(const Tree<double>& tree, const RestingContact& point, const double* q,
                   double* inside) const;
     // The points at which a gap's bodies touch now within a margin; of another kind its one point.
-    void touching(const Tree<double>& tree, int gap, double margin,
-                  std::vector<RestPoint>& found) const;
+    void find_points(const Tree<double>& tree, int gap, double margin,
+                     std::vector<RestingContact>& found) const;
 
     // The point and axes of a resting point of two bodies; the tree with places and twists.
-    Between spot(const Tree<double>& tree, const RestPoint& point) const;
+    FramePairMotion spot(const Tree<double>& tree, const RestingContact& point) const;
     // The first axis of an ellipse of friction in the tangents of a point; (1, 0) without one.
-    void friction_axis(const Tree<double>& tree, const RestPoint& point, double* axis) const;
+    void friction_axis(const Tree<double>& tree, const RestingContact& point, double* axis) const;
     // (3, nv) rows of a resting point and of its turning, and their rates at no joint acceleration,
     // where asked for; the tree with places and twists, for rates with those of bodies as well.
     // `in_units`: of an ellipse of friction tangents have its semi-axes as units.
-    void rows(const Tree<double>& tree, const RestPoint& point, const double* q, const double* v,
-              double* J, double* turning, double* bias, double* turning_bias,
+    void rows(const Tree<double>& tree, const RestingContact& point, const double* q,
+              const double* v, double* J, double* turning, double* bias, double* turning_bias,
               bool in_units = true) const;
     // Whether friction goes by an ellipse, whose semi-axes are units of the tangents.
     bool is_elliptic(int entry) const;
@@ -119,14 +119,14 @@ class Touching {
   private:
     void measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
                         GapState& found) const;
-    Between plain_spot(const Tree<double>& tree, const RestPoint& point) const;
-    Between spot_of_bodies(const Tree<double>& tree, const RestPoint& point) const;
+    FramePairMotion plain_spot(const Tree<double>& tree, const RestingContact& point) const;
+    FramePairMotion spot_of_bodies(const Tree<double>& tree, const RestingContact& point) const;
     void scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const;
 
     const Scene* scene_;
     const ContactLaw* law_;
     std::vector<Bodies> bodies_;
-    TouchingFunctions functions_;
+    GapFunctions functions_;
     std::vector<Gap> gaps_;
 };
 

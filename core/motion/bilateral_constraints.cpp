@@ -1,4 +1,4 @@
-#include "motion/holding.hpp"
+#include "motion/bilateral_constraints.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,8 +36,10 @@ int count_of(const Held& held, bool angular) {
 
 }  // namespace
 
-Holding::Holding(const Scene& scene, int entries, std::vector<char> driven_places,
-                 std::vector<char> driven_speeds, HoldingFunctions functions)
+BilateralConstraints::BilateralConstraints(const Scene& scene, int entries,
+                                           std::vector<char> driven_places,
+                                           std::vector<char> driven_speeds,
+                                           ConstraintFunctions functions)
     : scene_(&scene),
       entries_(entries),
       driven_places_(std::move(driven_places)),
@@ -51,7 +53,7 @@ Holding::Holding(const Scene& scene, int entries, std::vector<char> driven_place
     velocity_.assign(scene.velocity.begin(), scene.velocity.begin() + rows_);
 }
 
-void Holding::fill_rows(const Tree<double>& tree, const double* q) {
+void BilateralConstraints::fill_rows(const Tree<double>& tree, const double* q) {
     const int nv = scene_->model->nv;
     std::fill(A_.begin(), A_.end(), 0.0);
     Arena::Scope scope(scratch());
@@ -63,12 +65,12 @@ void Holding::fill_rows(const Tree<double>& tree, const double* q) {
         double* rows = A_.data() + held.row * nv;
         if (held.kind == Held::pair) {
             std::fill(block, block + 6 * nv, 0.0);
-            add_rows(tree, between(tree, held.frames), block, block + 3 * nv);
+            add_rows(tree, frame_pair_motion(tree, held.frames), block, block + 3 * nv);
             for (int r = 0; r < held.count; ++r)
                 std::copy(block + held.select[r] * nv, block + (held.select[r] + 1) * nv,
                           rows + r * nv);
             const Vec place = place_of(tree, held.frames.first);
-            widen(held, block, 1e-14 * (1.0 + std::sqrt(dot(place, place))));
+            set_widening(held, block, 1e-14 * (1.0 + std::sqrt(dot(place, place))));
         }
         for (const Held::Term& term : held.terms) rows[term.row * nv + term.v] += term.factor;
         if (held.kind == Held::functions) {
@@ -79,7 +81,7 @@ void Holding::fill_rows(const Tree<double>& tree, const double* q) {
 }
 
 // A vector is as long as its longest axis, held or not; of a shorter one only rounding is left.
-void Holding::widen(const Held& held, const double* six, double least) {
+void BilateralConstraints::set_widening(const Held& held, const double* six, double least) {
     const int nv = scene_->model->nv;
     double squares[6] = {}, longest[2] = {}, own[2] = {};
     for (int r = 0; r < 6; ++r) {
@@ -96,7 +98,7 @@ void Holding::widen(const Held& held, const double* six, double least) {
     }
 }
 
-void Holding::fill(const Tree<double>& tree, const double* q, const double* v) {
+void BilateralConstraints::fill(const Tree<double>& tree, const double* q, const double* v) {
     fill_rows(tree, q);
     Arena::Scope scope(scratch());
     double* given = scratch().allocate(scene_->function_rows);
@@ -106,7 +108,7 @@ void Holding::fill(const Tree<double>& tree, const double* q, const double* v) {
         double* to = bias_.data() + held.row;
         std::fill(to, to + held.count, 0.0);
         if (held.kind == Held::pair) {
-            const Spatial<double> rate = relative_rate(tree, between(tree, held.frames));
+            const Spatial<double> rate = relative_rate(tree, frame_pair_motion(tree, held.frames));
             for (int r = 0; r < held.count; ++r)
                 to[r] = held.select[r] < 3 ? entry(rate.linear, held.select[r])
                                            : entry(rate.angular, held.select[r] - 3);
@@ -117,13 +119,13 @@ void Holding::fill(const Tree<double>& tree, const double* q, const double* v) {
     }
 }
 
-void Holding::speeds(double t, double* velocity, double* rate) const {
+void BilateralConstraints::speeds(double t, double* velocity, double* rate) const {
     std::copy(velocity_.begin(), velocity_.end(), velocity);
     std::fill(rate, rate + rows_, 0.0);
     if (functions_.speeds) functions_.speeds(t, velocity, rate);
 }
 
-void Holding::start(const Tree<double>& tree, const double* q, const double* v) {
+void BilateralConstraints::start(const Tree<double>& tree, const double* q, const double* v) {
     fill_rows(tree, q);
     const int nv = scene_->model->nv;
     for (int r = 0; r < rows_; ++r) {
@@ -151,26 +153,26 @@ void Holding::start(const Tree<double>& tree, const double* q, const double* v) 
 
 // What the rows of two frames determine of their places: all of a point, or all of its
 // coordinates in axes that stay; all of a turn, or the tilt of an axis.
-void Holding::keep_pair(const Tree<double>& tree, const Held& held, Kept& kept) const {
+void BilateralConstraints::keep_pair(const Tree<double>& tree, const Held& held, Kept& kept) const {
     const Pair& pair = held.frames;
     const Vec first = place_of(tree, pair.first), other = place_of(tree, pair.other);
     const Mat rotation = axes_of(tree, pair.first), other_rotation = axes_of(tree, pair.other);
-    const Vec way = first - other;
+    const Vec offset = first - other;
     if (pair.carrier == Carrier::line) {
         kept.linear = Kept::distance;
-        kept.length = std::sqrt(dot(way, way));
+        kept.length = std::sqrt(dot(offset, offset));
         return;
     }
     const int linear = count_of(held, false), angular = count_of(held, true);
     const bool drives = moves(*scene_, held, false), whole = linear == 3 && !drives;
     if (linear > 0 && pair.coincides && (whole || angular == 3)) {
         kept.linear = drives ? Kept::nothing : Kept::met;
-        kept.point = back(other_rotation, way);
+        kept.point = back(other_rotation, offset);
     } else if (linear > 0 && (pair.carrier == Carrier::world || whole) &&
                !(pair.coincides && pair.other.body > 0)) {
         kept.linear = Kept::apart;
-        kept.point = way;
-        const double most = std::max({std::abs(way.x), std::abs(way.y), std::abs(way.z)});
+        kept.point = offset;
+        const double most = std::max({std::abs(offset.x), std::abs(offset.y), std::abs(offset.z)});
         if (!pair.coincides && most < kClosed) kept.point = {};
     }
     kept.rotation = rotation;
@@ -183,16 +185,17 @@ void Holding::keep_pair(const Tree<double>& tree, const Held& held, Kept& kept) 
         kept.angular = local ? Kept::hinge_of_first : Kept::hinge_of_world;
 }
 
-void Holding::drift_of_pair(const Tree<double>& tree, const Held& held, const Kept& kept, double t,
-                            std::vector<double>& off, std::vector<int>& rows) const {
+void BilateralConstraints::drift_of_pair(const Tree<double>& tree, const Held& held,
+                                         const Kept& kept, double t, std::vector<double>& off,
+                                         std::vector<int>& rows) const {
     const Pair& pair = held.frames;
     const Vec first = place_of(tree, pair.first), other = place_of(tree, pair.other);
     const Mat rotation = axes_of(tree, pair.first), other_rotation = axes_of(tree, pair.other);
-    const Mat axes = between(tree, pair).axes;
+    const Mat axes = frame_pair_motion(tree, pair).axes;
     Vec linear, angular;
     if (kept.linear == Kept::distance) {
-        const Vec way = first - other;
-        off.push_back(std::sqrt(dot(way, way)) - kept.length - velocity_[held.row] * t);
+        const Vec offset = first - other;
+        off.push_back(std::sqrt(dot(offset, offset)) - kept.length - velocity_[held.row] * t);
         rows.push_back(held.row);
         return;
     }
@@ -230,7 +233,8 @@ void Holding::drift_of_pair(const Tree<double>& tree, const Held& held, const Ke
     }
 }
 
-double Holding::moved(int v, const double* from, const double* to) const {
+double BilateralConstraints::coordinate_difference(int v, const double* from,
+                                                   const double* to) const {
     const Model& model = *scene_->model;
     for (std::size_t a = 0; a < model.slots.size(); ++a) {
         const Slot& slot = model.slots[a];
@@ -271,7 +275,7 @@ double Holding::moved(int v, const double* from, const double* to) const {
 }
 
 // Whether all its coordinates are numbers that velocities are the rates of.
-bool Holding::is_plain(const Held& held) const {
+bool BilateralConstraints::is_plain(const Held& held) const {
     const Model& model = *scene_->model;
     for (const Held::Term& term : held.terms)
         for (const Slot& slot : model.slots)
@@ -279,8 +283,9 @@ bool Holding::is_plain(const Held& held) const {
     return true;
 }
 
-void Holding::drift_of_speeds(const Held& held, int e, const Kept& kept, const double* q, double t,
-                              std::vector<double>& off, std::vector<int>& rows) const {
+void BilateralConstraints::drift_of_speeds(const Held& held, int e, const Kept& kept,
+                                           const double* q, double t, std::vector<double>& off,
+                                           std::vector<int>& rows) const {
     if (driven_places_[e]) {
         const int v = held.terms[0].v;
         std::vector<double> there(kept.values);
@@ -291,7 +296,7 @@ void Holding::drift_of_speeds(const Held& held, int e, const Kept& kept, const d
             there[body.q] = body.joint == Joint::circle ? std::cos(place) : place;
             if (body.joint == Joint::circle) there[body.q + 1] = std::sin(place);
         }
-        off.push_back(moved(v, there.data(), q));
+        off.push_back(coordinate_difference(v, there.data(), q));
         rows.push_back(held.row);
         return;
     }
@@ -302,14 +307,15 @@ void Holding::drift_of_speeds(const Held& held, int e, const Kept& kept, const d
         if (speed != 0.0 && !is_plain(held)) continue;
         double own = -speed * t;
         for (const Held::Term& term : held.terms)
-            if (term.row == r) own += term.factor * moved(term.v, kept.values.data(), q);
+            if (term.row == r)
+                own += term.factor * coordinate_difference(term.v, kept.values.data(), q);
         off.push_back(own);
         rows.push_back(held.row + r);
     }
 }
 
-void Holding::drift(const Tree<double>& tree, const double* q, double t, std::vector<double>& off,
-                    std::vector<int>& rows) const {
+void BilateralConstraints::drift(const Tree<double>& tree, const double* q, double t,
+                                 std::vector<double>& off, std::vector<int>& rows) const {
     off.clear();
     rows.clear();
     int function = 0;

@@ -1,4 +1,4 @@
-#include "motion/touching.hpp"
+#include "motion/contact_gaps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +37,7 @@ Mat turned_by(const Vec& w, const Mat& r) {
     return {turn(r.x), turn(r.y), turn(r.z)};
 }
 
-Placement moved(const Tree<double>& tree, int body, double time) {
+Placement placement_after(const Tree<double>& tree, int body, double time) {
     Placement place = placement_of(tree, body);
     const Spatial<double>& twist = tree.twist[body];
     place.origin += twist.linear * time;
@@ -115,8 +115,8 @@ double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double g
 
 }  // namespace
 
-Touching::Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
-                   TouchingFunctions functions, const std::vector<char>& conditional)
+ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
+                         GapFunctions functions, const std::vector<char>& conditional)
     : scene_(&scene), law_(&law), bodies_(std::move(bodies)), functions_(std::move(functions)) {
     int function = 0;
     for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
@@ -150,12 +150,12 @@ Touching::Touching(const Scene& scene, const ContactLaw& law, std::vector<Bodies
     }
 }
 
-bool Touching::counts(const Gap& gap, const double* q, const double* v) const {
+bool ContactGaps::counts(const Gap& gap, const double* q, const double* v) const {
     return !gap.has_condition || functions_.counts(gap.entry, q, v);
 }
 
-GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const double* q,
-                           const double* v, const Ahead* ahead) const {
+GapState ContactGaps::measure(const Tree<double>& tree, const Gap& gap, const double* q,
+                              const double* v, const Ahead* ahead) const {
     const Contact& contact = scene_->contacts[gap.entry];
     GapState found;
     if (gap.kind == Contact::stop) {
@@ -175,7 +175,7 @@ GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const doubl
         return found;
     }
     if (gap.kind == Contact::point || gap.kind == Contact::rope) {
-        const Between b = between(tree, contact.frames);
+        const FramePairMotion b = frame_pair_motion(tree, contact.frames);
         const Vec u = b.wanders - velocity_at(tree, b.other, b.other_place);
         found.rate = dot(b.axes.z, u);
         found.bound = length_of(u);
@@ -194,8 +194,8 @@ GapState Touching::measure(const Tree<double>& tree, const Gap& gap, const doubl
     return found;
 }
 
-void Touching::measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
-                              GapState& found) const {
+void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
+                                 GapState& found) const {
     const Bodies& bodies = bodies_[gap.entry];
     const int a = bodies.first_body, b = bodies.other_body;
     const Placement pa = placement_of(tree, a), pb = placement_of(tree, b);
@@ -251,8 +251,8 @@ void Touching::measure_bodies(const Tree<double>& tree, const Gap& gap, const Ah
     found.free = free;
 }
 
-double Touching::acceleration(const Gap& gap, const GapState& one, const GapState& two,
-                              double apart) const {
+double ContactGaps::acceleration(const Gap& gap, const GapState& one, const GapState& two,
+                                 double apart) const {
     const double reach = bodies_[gap.entry].reach,
                  spin = std::max(length_of(one.spin), length_of(two.spin));
     return 2.0 *
@@ -261,8 +261,8 @@ double Touching::acceleration(const Gap& gap, const GapState& one, const GapStat
             spin * spin * reach);
 }
 
-double Touching::gap_of(const Tree<double>& tree, const RestPoint& point, const double* q,
-                        double* inside) const {
+double ContactGaps::gap_of(const Tree<double>& tree, const RestingContact& point, const double* q,
+                           double* inside) const {
     const Gap& gap = gaps_[point.gap];
     if (inside) *inside = INFINITY;
     if (gap.kind != Contact::shapes && gap.kind != Contact::ball) {
@@ -276,29 +276,29 @@ double Touching::gap_of(const Tree<double>& tree, const RestPoint& point, const 
         .gap;
 }
 
-void Touching::touching(const Tree<double>& tree, int gap, double margin,
-                        std::vector<RestPoint>& found) const {
-    RestPoint point;
+void ContactGaps::find_points(const Tree<double>& tree, int gap, double margin,
+                              std::vector<RestingContact>& found) const {
+    RestingContact point;
     point.gap = gap;
     if (gaps_[gap].kind != Contact::shapes && gaps_[gap].kind != Contact::ball) {
         found.push_back(point);
         return;
     }
     const Bodies& bodies = bodies_[gaps_[gap].entry];
-    std::vector<TouchPoint> points;
-    impulsekit::touching(bodies.first, placement_of(tree, bodies.first_body), bodies.other,
-                         placement_of(tree, bodies.other_body), margin, points);
-    for (const TouchPoint& own : points) {
+    std::vector<ContactPoint> points;
+    impulsekit::contact_points(bodies.first, placement_of(tree, bodies.first_body), bodies.other,
+                               placement_of(tree, bodies.other_body), margin, points);
+    for (const ContactPoint& own : points) {
         point.feature = own.feature;
         found.push_back(point);
     }
 }
 
-bool Touching::is_elliptic(int entry) const {
+bool ContactGaps::is_elliptic(int entry) const {
     return law_->contacts[entry].model.kind == Friction::Kind::elliptic;
 }
 
-void Touching::scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const {
+void ContactGaps::scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const {
     if (!is_elliptic(entry)) return;
     const Contact& contact = scene_->contacts[entry];
     const Friction& friction = law_->contacts[entry].model;
@@ -322,7 +322,7 @@ bool is_fixed_on_face(const Feature& feature, const Shape& own) {
 
 // How fast such a point wanders, and its normal changes: p = c − (r + g/2) m, where m is the normal
 // of the face and g = m·(c − o) − r.
-void follow_on_face(const Tree<double>& tree, const TouchPoint& here, double radius, int own,
+void follow_on_face(const Tree<double>& tree, const ContactPoint& here, double radius, int own,
                     int ground, const Vec& m, Vec& wanders, Vec& change) {
     const Vec centre = here.point + m * (radius + 0.5 * here.gap);
     const Vec v = velocity_at(tree, own, centre);
@@ -333,17 +333,18 @@ void follow_on_face(const Tree<double>& tree, const TouchPoint& here, double rad
 
 // Where a followed point is, and how fast it and its normal wander over both bodies: where nothing
 // is fixed, differences of fourth order along their motion.
-Between Touching::spot_of_bodies(const Tree<double>& tree, const RestPoint& point) const {
+FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
+                                            const RestingContact& point) const {
     const Gap& gap = gaps_[point.gap];
     const Bodies& bodies = bodies_[gap.entry];
-    Between b;
+    FramePairMotion b;
     b.first = bodies.first_body;
     b.other = bodies.other_body;
     const auto at = [&](double time) {
-        return follow(point.feature, bodies.first, moved(tree, b.first, time), bodies.other,
-                      moved(tree, b.other, time), nullptr);
+        return follow(point.feature, bodies.first, placement_after(tree, b.first, time),
+                      bodies.other, placement_after(tree, b.other, time), nullptr);
     };
-    const TouchPoint here = at(0.0);
+    const ContactPoint here = at(0.0);
     b.place = b.other_place = here.point;
     b.axes = contact_axes(here.normal);
     const Vec spin = tree.twist[b.other].angular;
@@ -368,8 +369,8 @@ Between Touching::spot_of_bodies(const Tree<double>& tree, const RestPoint& poin
     b.turns = b.axes.z * dot(b.axes.z, spin);
     if (!(speed > 0.0)) return b;
     const double time = kMove / speed;
-    const TouchPoint one = at(time), minus = at(-time), two = at(2.0 * time),
-                     minus_two = at(-2.0 * time);
+    const ContactPoint one = at(time), minus = at(-time), two = at(2.0 * time),
+                       minus_two = at(-2.0 * time);
     const double near = 8.0 / (12.0 * time), far = 1.0 / (12.0 * time);
     b.wanders = (one.point - minus.point) * near - (two.point - minus_two.point) * far;
     const Vec change = (one.normal - minus.normal) * near - (two.normal - minus_two.normal) * far;
@@ -377,20 +378,22 @@ Between Touching::spot_of_bodies(const Tree<double>& tree, const RestPoint& poin
     return b;
 }
 
-Between Touching::plain_spot(const Tree<double>& tree, const RestPoint& point) const {
+FramePairMotion ContactGaps::plain_spot(const Tree<double>& tree,
+                                        const RestingContact& point) const {
     const Gap& gap = gaps_[point.gap];
     return gap.kind == Contact::shapes || gap.kind == Contact::ball
                ? spot_of_bodies(tree, point)
-               : between(tree, scene_->contacts[gap.entry].frames);
+               : frame_pair_motion(tree, scene_->contacts[gap.entry].frames);
 }
 
-Between Touching::spot(const Tree<double>& tree, const RestPoint& point) const {
-    Between b = plain_spot(tree, point);
+FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact& point) const {
+    FramePairMotion b = plain_spot(tree, point);
     scale_to_ellipse(tree, gaps_[point.gap].entry, b.axes);
     return b;
 }
 
-void Touching::friction_axis(const Tree<double>& tree, const RestPoint& point, double* axis) const {
+void ContactGaps::friction_axis(const Tree<double>& tree, const RestingContact& point,
+                                double* axis) const {
     axis[0] = 1.0;
     axis[1] = 0.0;
     const int entry = gaps_[point.gap].entry;
@@ -404,9 +407,9 @@ void Touching::friction_axis(const Tree<double>& tree, const RestPoint& point, d
     axis[1] = b / length;
 }
 
-void Touching::rows(const Tree<double>& tree, const RestPoint& point, const double* q,
-                    const double* v, double* J, double* turning, double* bias, double* turning_bias,
-                    bool in_units) const {
+void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, const double* q,
+                       const double* v, double* J, double* turning, double* bias,
+                       double* turning_bias, bool in_units) const {
     const int nv = scene_->model->nv;
     const Gap& gap = gaps_[point.gap];
     const Contact& contact = scene_->contacts[gap.entry];
@@ -425,7 +428,7 @@ void Touching::rows(const Tree<double>& tree, const RestPoint& point, const doub
         return;
     }
     if (turning) std::fill(turning, turning + 3 * nv, 0.0);
-    const Between b = in_units ? spot(tree, point) : plain_spot(tree, point);
+    const FramePairMotion b = in_units ? spot(tree, point) : plain_spot(tree, point);
     add_rows(tree, b, J, turning);
     if (bias) {
         const Spatial<double> rate = relative_rate(tree, b);

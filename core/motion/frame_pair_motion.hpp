@@ -13,7 +13,7 @@ namespace impulsekit {
 using Vec = Vec3<double>;
 using Mat = Mat3<double>;
 
-struct Between {
+struct FramePairMotion {
     int first = 0, other = 0;  // bodies
     Vec place, other_place;    // as a tree has origins
     bool coincides = true;     // the other point is that of its body at the first's place
@@ -34,7 +34,7 @@ inline Vec acceleration_at(const Tree<double>& tree, int body, const Vec& place)
 }
 
 // Rᵀ(v − v') and Rᵀ(ω − ω').
-inline Spatial<double> relative_velocity(const Tree<double>& tree, const Between& b) {
+inline Spatial<double> relative_velocity(const Tree<double>& tree, const FramePairMotion& b) {
     return {back(b.axes,
                  velocity_at(tree, b.first, b.place) - velocity_at(tree, b.other, b.other_place)),
             back(b.axes, tree.twist[b.first].angular - tree.twist[b.other].angular)};
@@ -42,7 +42,7 @@ inline Spatial<double> relative_velocity(const Tree<double>& tree, const Between
 
 // Their rates at no joint acceleration. Where points coincide, both move over their bodies:
 // d/dt v(c) = a(c) + ω × (ċ − v(c)).
-inline Spatial<double> relative_rate(const Tree<double>& tree, const Between& b) {
+inline Spatial<double> relative_rate(const Tree<double>& tree, const FramePairMotion& b) {
     const Vec v = velocity_at(tree, b.first, b.place),
               v2 = velocity_at(tree, b.other, b.other_place);
     const Vec w = tree.twist[b.first].angular, w2 = tree.twist[b.other].angular;
@@ -55,7 +55,8 @@ inline Spatial<double> relative_rate(const Tree<double>& tree, const Between& b)
 }
 
 // Add (3, nv) rows of the relative velocity, and where asked for of the angular one.
-inline void add_rows(const Tree<double>& tree, const Between& b, double* rows, double* turning) {
+inline void add_rows(const Tree<double>& tree, const FramePairMotion& b, double* rows,
+                     double* turning) {
     const int nv = tree.model.nv;
     for_slots_between(tree, b.first, b.other, b.place, b.other_place, b.coincides,
                       [&](int a, const Vec& w, const Vec& spin) {
@@ -83,8 +84,8 @@ inline Mat axes_of(const Tree<double>& tree, const Site& site) {
 }
 
 // The points and axes of a pair of frames at the tree's state.
-inline Between between(const Tree<double>& tree, const Pair& pair) {
-    Between b;
+inline FramePairMotion frame_pair_motion(const Tree<double>& tree, const Pair& pair) {
+    FramePairMotion b;
     b.first = pair.first.body;
     b.other = pair.other.body;
     b.place = place_of(tree, pair.first);
@@ -97,9 +98,9 @@ inline Between between(const Tree<double>& tree, const Pair& pair) {
         b.axes = axes_of(tree, site) * b.axes;
         b.turns = tree.twist[site.body].angular;
     } else if (pair.carrier == Carrier::line) {
-        const Vec way = b.place - b.other_place;
-        const double length = std::sqrt(dot(way, way));
-        const Vec n = way * (pair.axes[8] / length);
+        const Vec offset = b.place - b.other_place;
+        const double length = std::sqrt(dot(offset, offset));
+        const Vec n = offset * (pair.axes[8] / length);
         b.axes = contact_axes(n);
         // A unit vector n turns by n × ṅ, with ṅ the velocity across over the length.
         const Vec u = b.wanders - velocity_at(tree, b.other, b.other_place);
