@@ -27,12 +27,12 @@ GROUPS = {
     ),
     "Balls": (
         "bouncing_ball.toml", "dropped_ball.toml", "billiard.toml", "billiard_sequential.toml",
-        "newtons_cradle.py", "hopper_to_target.py",
+        "newtons_cradle.py", "hopper_to_target.py", "planned_bounce.py",
     ),
     "Arms and hands": (
         "thrown_ball.toml", "replay_thrown_ball.py", "panda_ball.toml", "caught_ball.toml",
         "ball_in_moving_gripper.py", "stopped_door.toml", "stopped_door.py",
-        "wall_hit_by_ur5.py", "arm_against_hand.py",
+        "wall_hit_by_ur5.py", "arm_against_hand.py", "catch_by_a_panda.py",
     ),
     "Legged robots and walkers": (
         "solo12_landing.toml", "dropped_solo12.toml", "landing_study.toml",
@@ -40,8 +40,8 @@ GROUPS = {
         "strike_a_hand.py", "rimless_wheel.py", "compass_gait.py",
     ),
     "Tools, doors, vehicles: what the hand and the hinge feel": (
-        "hammer.toml", "hammer_nail.toml", "hammer_blow.py", "spared_hinges.toml", "door_stop.py",
-        "golf_swing.py", "tennis_racket.py", "gun_recoil.py", "car_crash.py",
+        "hammer.toml", "hammer_nail.toml", "nail_by_a_panda.py", "hammer_blow.py",
+        "spared_hinges.toml", "door_stop.py", "golf_swing.py", "tennis_racket.py", "gun_recoil.py", "car_crash.py",
     ),
     "Laws of contact, compared and measured": (
         "falling_rod.toml", "falling_rod.py", "rocking_block.toml", "rocking_block.py",
