@@ -41,7 +41,8 @@ GROUPS = {
     ),
     "Tools, doors, vehicles: what the hand and the hinge feel": (
         "hammer.toml", "hammer_nail.toml", "nail_by_a_panda.py", "hammer_blow.py",
-        "spared_hinges.toml", "door_stop.py", "golf_swing.py", "tennis_racket.py", "gun_recoil.py", "car_crash.py",
+        "spared_hinges.toml", "door_stop.py", "golf_swing.py", "tennis_racket.py",
+        "gun_recoil.py", "car_crash.py",
     ),
     "Laws of contact, compared and measured": (
         "falling_rod.toml", "falling_rod.py", "rocking_block.toml", "rocking_block.py",
