@@ -39,6 +39,9 @@ GROUPS = {
         "knee_sparing_landing.py", "talos_hand.toml", "talos_heel_strike.toml",
         "strike_a_hand.py", "rimless_wheel.py", "compass_gait.py",
     ),
+    "Inside MuJoCo": (
+        "ball_on_arm.py", "box_in_mujoco.py", "juggling_paddle.py", "solo12_in_mujoco.py",
+    ),
     "Tools, doors, vehicles: what the hand and the hinge feel": (
         "hammer.toml", "hammer_nail.toml", "nail_by_a_panda.py", "hammer_blow.py",
         "spared_hinges.toml", "door_stop.py", "golf_swing.py", "tennis_racket.py",
@@ -69,7 +72,7 @@ CAMERAS: dict[str, Any] = {
 # Names that a title writes otherwise.
 PROPER = {
     "talos": "Talos", "panda": "Panda", "solo12": "Solo12", "ur5": "UR5",
-    "whittaker": "Whittaker's", "newtons": "Newton's",
+    "whittaker": "Whittaker's", "newtons": "Newton's", "mujoco": "MuJoCo",
 }  # fmt: skip
 
 

@@ -128,6 +128,15 @@ def test_the_gap_weighs_before_touch_down():
     assert torch.allclose(above["impulse"], np.exp(-2.0) * touching["impulse"], rtol=1e-4)
 
 
+def test_a_foot_of_a_body_without_a_name():
+    text = LEG.format(dt=0.002).replace('body name="shank"', "body")
+    own = Landing.from_mujoco(mujoco.MjModel.from_xml_string(text), ["foot"], restitution=0.2)
+    assert own.scene.contacts[0].frame == "body_3"
+    named = Landing.from_mujoco(leg(), ["foot"], restitution=0.2)
+    q, v = states(2)
+    assert torch.equal(own(q, v)["impulse"], named(q, v)["impulse"])
+
+
 def test_rows_that_are_no_states_are_marked():
     q, v = states(3)
     v[1, 0] = torch.nan

@@ -1,7 +1,7 @@
 """From impulse to force: what an impact that takes no time means where bodies give way.
 
 curves ──► history      force over time of a contact, from its impulse
-limits ──► transient    a robot that strikes a person, beside the limits of ISO/TS 15066
+limits ──► transient    a robot that strikes a person, beside the limits of ISO 10218-2:2025
 """
 
 import lazy_loader as _lazy

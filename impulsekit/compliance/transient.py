@@ -71,7 +71,7 @@ def _iso(
     return BodyRegion(name, mass, 1e3 * per_mm, force, pressure, transient, SOURCE)
 
 
-SOURCE = "ISO/TS 15066:2016, tables A.2 and A.3 (taken over by ISO 10218-2:2025)"
+SOURCE = "ISO 10218-2:2025 (before: ISO/TS 15066:2016, tables A.2 and A.3)"
 
 # Table A.3: effective mass [kg] and spring constant [N/mm]; table A.2: force [N] and the smallest
 # of the region's pressures [N/cm²]. Transient contact doubles both, but at skull and face, where
@@ -108,9 +108,9 @@ class TransientContact(Displayed):
     """A transient contact of a robot with a person, beside the limits of the body.
 
     The person's region is a mass on a spring that the robot's point meets: with the reduced mass
-    µ = 1/(1/m_H + 1/m_R), E = ½ µ v² and F = v √(µ K) (ISO/TS 15066, A.3.4). The standard puts
-    half the moving mass and the payload for m_R; here it is the effective mass 1/(n·J M⁻¹Jᵀ n)
-    of the point at this pose.
+    µ = 1/(1/m_H + 1/m_R), E = ½ µ v² and F = v √(µ K) (ISO 10218-2:2025; before: ISO/TS 15066,
+    A.3.4). The standard puts half the moving mass and the payload for m_R; here it is the effective
+    mass 1/(n·J M⁻¹Jᵀ n) of the point at this pose.
 
     Attributes:
         region: the ``BodyRegion``.
@@ -177,7 +177,7 @@ def transient_contact(
         at: the point in the frame's coordinates [m].
         direction: of the strike in world axes; None for that of the point's motion.
         area: of the contact [m²], for the pressure.
-        limits: regions by name; those of ISO/TS 15066 unless given.
+        limits: regions by name; those of ISO 10218-2:2025 (before: ISO/TS 15066) unless given.
 
     Raises:
         UnknownNameError: no such region or frame.

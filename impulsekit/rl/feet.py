@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, UnknownNameError
+from ..errors import UnknownNameError
 
 __all__ = ["lowest_points"]
 
@@ -15,7 +15,7 @@ def lowest_points(model: Any, name: str) -> list[tuple[str, str, np.ndarray]]:
     """Return the name, body and point in the body's axes of what a site or geom touches with.
 
     Raises:
-        UnknownNameError: no such site or geom. InputError: its body has no name.
+        UnknownNameError: no such site or geom.
     """
     import mujoco
 
@@ -33,9 +33,8 @@ def lowest_points(model: Any, name: str) -> list[tuple[str, str, np.ndarray]]:
         body, turn = int(model.geom_bodyid[geom]), data.geom_xmat[geom].reshape(3, 3)
         points = data.geom_xpos[geom] + _offsets(model.geom_type[geom], model.geom_size[geom], turn)
     at = (points - data.xpos[body]) @ data.xmat[body].reshape(3, 3)
-    frame = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)
-    if not frame:
-        raise InputError(f'Landing: the body of "{name}" has no name in the MJCF; give it one')
+    # What has no name is called as Robot.from_mjcf calls it.
+    frame = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body_{body}"
     names = [name] if len(at) == 1 else [f"{name} {i}" for i in range(len(at))]
     return [(own, frame, point) for own, point in zip(names, at, strict=True)]
 
