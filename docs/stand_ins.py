@@ -99,7 +99,34 @@ def _compass(names: dict[str, Any]) -> Any:
     return _recorded(_walker([0.0, 0.0]), legs, hubs, found.period / shots)
 
 
+def _hopper(names: dict[str, Any]) -> Any:
+    """Return the flights of the hopper from landing to landing, as its plan has them."""
+    found, shots = names["plan"](10, 3.0, np.zeros(10)), 12
+    robot = ik.Robot.from_urdf(names["MODELS"] / "rod.urdf", root="freeflyer")
+    pitches, half = found["pitch"], names["HALF"]
+    feet = np.array(names["followed"](pitches, found["time"]))
+    # The middle flies along parabolas, the pitch turns evenly.
+    middles = np.stack([feet - half * np.sin(pitches), half * np.cos(pitches)], axis=1)
+    times, q, start = [], [], 0.0
+    for k, flight in enumerate(found["time"].tolist()):
+        for t in np.linspace(0.0, flight, shots, endpoint=False):
+            share = t / flight
+            pitch, (x, z) = (
+                (1 - share) * each[k] + share * each[k + 1] for each in (pitches, middles)
+            )
+            z += names["GRAVITY"] * t * (flight - t) / 2.0
+            place = [x + half * math.sin(pitch), 0, z - half * math.cos(pitch)]
+            # The rod's own axis, its x, is turned upwards about y.
+            turn = -(math.pi / 2 + pitch) / 2.0
+            place += [0, math.sin(turn), 0, math.cos(turn)]
+            q.append(robot.configuration(root_joint=place))
+            times.append(start + t)
+        start += flight
+    return ik.measured.Recording(robot, np.array(times), q)
+
+
 STAND_INS = {
+    "hopper_to_target.py": _hopper,
     "tennis_racket.py": _racket,
     "which_law.py": _rod,
     "draw_struck_chain.py": _chain,

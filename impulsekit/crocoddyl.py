@@ -1,8 +1,8 @@
 """``impulsekit.crocoddyl.ImpactAction``: an impact as an action of Crocoddyl's problems.
 
 The numbers are those of ``impulsekit.control.ImpactBlocks``, which needs no Crocoddyl. The class
-is made when it is first asked for, since Crocoddyl must be built for the Pinocchio that is
-installed: 3.2.1 is for Pinocchio 4.0, and crashes beside 4.1.
+is made when it is first asked for. Beside Pinocchio 4.1, Crocoddyl 3.2.1 runs states and this
+action; its own multibody actions crash there and need Pinocchio 4.0.
 """
 
 from __future__ import annotations
@@ -31,15 +31,16 @@ def _library() -> Any:
     """Crocoddyl.
 
     Raises:
-        MissingExtraError: it is not installed, or built for another Pinocchio.
+        MissingExtraError: it is not installed.
     """
     try:
         import crocoddyl
     except ImportError:
         raise MissingExtraError(
-            "impulsekit.crocoddyl needs crocoddyl, built for the installed Pinocchio; "
-            "python -m benchmarks.crocoddyl_action --set-up FOLDER makes an environment that has "
-            "it. impulsekit.control.ImpactBlocks gives the same blocks without it",
+            "impulsekit.crocoddyl needs crocoddyl; python -m benchmarks.crocoddyl_action "
+            "--set-up FOLDER makes an environment with it and Pinocchio 4.0, which its own "
+            "multibody actions need. impulsekit.control.ImpactBlocks gives the same blocks "
+            "without it",
             package="crocoddyl",
             extra="",
         ) from None

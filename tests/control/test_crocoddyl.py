@@ -36,7 +36,7 @@ def test_its_derivatives_are_crocoddyls_numerical_ones():
 
 def test_without_crocoddyl_it_says_what_to_do(monkeypatch):
     monkeypatch.setitem(sys.modules, "crocoddyl", None)
-    with pytest.raises(MissingExtraError, match=r"needs crocoddyl, built for the installed Pino"):
+    with pytest.raises(MissingExtraError, match=r"needs crocoddyl; python -m benchmarks"):
         impulsekit.crocoddyl.ImpactAction  # noqa: B018
     with pytest.raises(AttributeError, match="it has ImpactAction"):
         impulsekit.crocoddyl.ImpactActoin  # noqa: B018
