@@ -31,7 +31,7 @@ enum Code : std::int8_t {
     kNearlyDependent = 15,
 };
 
-// How far a quaternion, or a cosine and sine, may be off unit length.
+// A quaternion, or a cosine and sine, may be off unit length by this.
 constexpr double kUnit = 1e-6;
 // Blocks of eight rows that a thread takes at once.
 constexpr int kPiece = 32;
@@ -139,7 +139,7 @@ class Block {
             tau_[scene_.kicks[i]] += given_[6 * scene_.blows.size() + i];
     }
 
-    // What links whose masses vary add to a body.
+    // Add to a body the inertia of links whose masses vary.
     bool more_of(int body, Inertia<Pack>& more) const {
         bool found = false;
         for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
@@ -278,7 +278,7 @@ class Block {
                                                      : std::numeric_limits<double>::quiet_NaN();
     }
 
-    // Whether what a set of weights sums up is determined: not a share of redundant loads.
+    // True if what a set of weights sums up is determined: not a share of redundant loads.
     bool is_determined(std::size_t set) const {
         const double* w = weights_.data() + set * derivation_.results() + model_.nv;
         for (int r = 0; r < scene_.rows(); ++r)
@@ -291,7 +291,7 @@ class Block {
         return true;
     }
 
-    // Of known impulses alone, eight rows side by side.
+    // Slopes under known impulses alone, eight rows side by side.
     void differentiate_freely() {
         const std::size_t results = derivation_.results(), count = b_.in.parameters.size();
         std::vector<Inertia<Pack>> inertias(tree_.count());
@@ -446,7 +446,7 @@ class Block {
         }
     }
 
-    // What each joint carries, and how links move.
+    // Compute the load of each joint, and the velocity changes of links.
     void load() {
         tree_.move(dv_.data());
         add_blow_wrenches(scene_, given_.data(), tree_);

@@ -129,7 +129,7 @@ double* output_of(const nb::dict& outputs, const char* name, std::size_t size) {
     return array.data();
 }
 
-// What is to be differentiated, and where slopes and their existence go.
+// Results and parameters to differentiate, and the outputs for slopes and their existence.
 void take_slopes(const GivenScene& self, const Given& given, const nb::dict& outputs,
                  Batch& batch) {
     const Scene& scene = self.scene;

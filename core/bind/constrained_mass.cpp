@@ -44,7 +44,7 @@ OwnConstrainedMass* made(const Array& M, const std::vector<int>& parent, const A
     return own.release();
 }
 
-// How many vectors (nv) an array holds, copied.
+// Copy the vectors (nv) of an array.
 std::vector<double> columns_of(const OwnConstrainedMass& own, const Array& given) {
     if (own.held->weak() >= 0) throw nb::value_error("M is singular");
     if (own.nv == 0 ? given.size() != 0 : given.size() % own.nv != 0)

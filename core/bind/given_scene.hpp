@@ -31,7 +31,7 @@ struct GivenScene {
     GivenScene& operator=(const GivenScene&) = delete;
 };
 
-// What functions and geometry give for a state beside q and v.
+// Values of functions and geometry for a state, beside q and v.
 struct GivenArrays {
     std::vector<double> function_rows, function_contacts;
     std::vector<char> only;

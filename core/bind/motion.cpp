@@ -210,7 +210,7 @@ struct GivenMotionScene {
             throw nb::value_error("entry: expected the number of a contact");
         if (first.empty() || other.empty()) throw nb::value_error("a body without pieces");
         const Contact& contact = scene->scene.contacts[entry];
-        // Of a ball that is the second of its entry the frames stand the other way.
+        // If the ball is the second of its entry, the frames are swapped.
         const bool turned = contact.kind == Contact::ball && contact.shape.sign < 0.0;
         const int one = turned ? contact.frames.other.body : contact.frames.first.body,
                   two = turned ? contact.frames.first.body : contact.frames.other.body;
@@ -266,7 +266,7 @@ RestingContact unpack(const double* x) {
     return p;
 }
 
-// What rests, as Python keeps it: numbers of points, ways of joints, torques from outside.
+// A resting state as Python keeps it: numbers of points, directions of joints, outer torques.
 using RestingNumbers = std::tuple<Array, std::vector<int>, Array>;
 
 RestingState rest_of(const RestingNumbers& given, const Dynamics& dynamics) {
@@ -679,7 +679,7 @@ void bind_motion(nb::module_& module) {
                              found.append(impact_of(impact));
                          return found;
                      })
-        // Of all impacts: times, codes, v before and after, which contacts touched, impulses.
+        // For all impacts: times, codes, v before and after, the contacts that touched, impulses.
         .def_prop_ro(
             "impact_table",
             [](const Motion& self) {

@@ -136,7 +136,7 @@ void add_speed_rows(GivenScene& self, int count, const Terms& terms, int stop) {
     }
 }
 
-// What the rows want: velocities after, or that these stay; see ImpactProblem for the rest.
+// Targets of the rows: velocities after, or that these stay; see ImpactProblem for the rest.
 void set_rows(GivenScene& self, std::vector<double> velocity, const std::vector<bool>& kept,
               std::vector<int> vectors, const std::vector<bool>& passive, std::vector<int> locks) {
     self.check_unused();

@@ -110,7 +110,7 @@ std::vector<double> entries_of(const std::vector<Spatial<double>>& all) {
     return found;
 }
 
-// What impulses in joints (nv) and wrenches on some bodies do, these in the axes of their joints:
+// Responses to impulses in joints (nv) and wrenches on some bodies, in the axes of their joints:
 // Δv; of each body the twist after and the wrench that its parent gives it, in world axes.
 nb::tuple apply_impulses(const Model& model, const Array& q, const Array& v, const Array& impulse,
                          const Integers& bodies, const Array& wrenches) {

@@ -356,7 +356,7 @@ bool solve_redundant(const System& s, double* P, int& steps, Arena& arena) {
     for (int i = 0; i < m; ++i) P[i] = 2.0 * P[i] - softer[i];
     System step = s;
     step.b = arena.allocate(m);
-    // Where redundant rows contradict each other a smaller compliance tells sooner which gives way.
+    // If redundant rows contradict each other, a smaller compliance tells sooner which gives way.
     double compliance = tolerance::compliance;
     for (int count = 0; count < kProximalSteps; ++count, compliance *= 0.1) {
         for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * s.mobility_ratio[i] * P[i];
@@ -399,7 +399,7 @@ void find_shares(const System& s, const double* P, double* shares, Arena& arena)
     for (int i = 0; i < count; ++i) shares[held[i]] = projector[i * count + i];
 }
 
-// What approaches or adheres sticks, the rest is open, as one factorization gives it; false where
+// Start with all that approaches or adheres sticking, by one factorization; false where
 // the rows that approach are of lower rank.
 bool start_sticking(const System& s, double* P, Arena& arena) {
     Arena::Scope scope(arena);
@@ -438,7 +438,7 @@ void clear_open(const System& s, double* P, Arena& arena) {
             for (int j = 0; j < s.size[k]; ++j) P[s.first[k] + j] = 0.0;
 }
 
-// Whether no impulse makes all ξ_n >= 0, by Farkas: normal impulses d >= 0 that move nothing,
+// True if no impulse makes all ξ_n >= 0, by Farkas: normal impulses d >= 0 that move nothing,
 // W d = 0, have d·ξ = d·b for whatever P, and here d·b < 0. Such d is the direction in which
 // impulses grow without friction while their compliance falls. With W d = 0 to rounding only,
 // impulses that obey would have to be `kBeyond` times as large as those of the velocities.

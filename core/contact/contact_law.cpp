@@ -142,7 +142,7 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
             last = i;
         }
     }
-    // Of one contact alone rounding cannot hide an approach.
+    // With one contact alone rounding cannot hide an approach.
     if (n == 1) acting = 1;
     if (acting == 1) {
         double W[9];

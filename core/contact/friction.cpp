@@ -55,9 +55,9 @@ class EllipticTransform {
         return own_;
     }
 
-    // How fast a contact that is pressed slips in the end, in its own units; 0 for rounding.
+    // The slip speed of a loaded contact in the end, in its own units; 0 for rounding.
     double slip(const ContactSolution& found, int i) const {
-        // What adheres rubs while it is pulled, too.
+        // A contact that adheres rubs while it is pulled, too.
         double pressed = found.impulse[3 * i + 2] + (own_.adhesion ? own_.adhesion[i] : 0.0);
         if (!(pressed > 0.0)) return 0.0;
         double fastest = std::max({largest(own_.before, rows_), largest(own_.free, rows_),

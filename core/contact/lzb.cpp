@@ -28,7 +28,7 @@ constexpr double kRises = 1e-8;
 // Forces and velocities below this have ended.
 constexpr double kWeak = 1e-12;
 
-// How much redundant contacts give way beside their mobility; what that leaves is taken out again.
+// Compliance of redundant contacts beside their mobility; its effect is taken out again.
 constexpr double kCompliance = 1e-6;
 constexpr int kProximal = 4;
 
@@ -194,7 +194,7 @@ class LzbState {
             for (int r = 0; r < rows_; ++r) force_[r] += x[b] * unit[b] * unit_force[b * rows_ + r];
     }
 
-    // What does not slip sticks, or begins to slip the way that its acceleration takes: Coulomb's
+    // A contact that does not slip sticks, or begins to slip along its acceleration: Coulomb's
     // law on accelerations, with the cone solver.
     void choose_slips() {
         bool any = false;
@@ -231,7 +231,7 @@ class LzbState {
                 cones.first.push_back(3 * i);
                 cones.size.push_back(2);
                 cones.contact.push_back(held ? static_cast<int>(cones.normal.size()) - 1 : -1);
-                // Where nothing presses yet the direction is that of any small force.
+                // Without a normal force yet the direction is that of any small force.
                 cones.friction.push_back(p_.friction[i] * (held ? 1.0 : std::max(own, 1e-30)));
             }
         }
@@ -253,7 +253,8 @@ class LzbState {
         for (int k = 0; k < 2; ++k) direction_[2 * i + k] = u_[3 * i + k] / speed;
     }
 
-    // How far contact i is from its next change, at y whose rates are known: below zero it is past.
+    // The margin of contact i to its next change, at y whose rates are known: below zero it is
+    // past.
     double distance_to_change(int i, const double* y, int kind) {
         const double* u = u_.data() + 3 * i;
         const double* f = force_.data() + 3 * i;
@@ -346,7 +347,7 @@ class LzbState {
         step.end = high;
     }
 
-    // What contacts go over to, at the end of a step.
+    // Change the modes of contacts at the end of a step.
     void update_modes() {
         rates(y_.data(), nullptr);
         bool changed = false;
@@ -432,12 +433,12 @@ class LzbState {
         double now = force_[3 * i + 2];
         normal_[i] = Normal::loads;
         depth(i) = std::pow(now / kappa_[i], 1.0 / exponent_);
-        // What the steps have left of u_n = 0 would end the loading at once.
+        // The residue of u_n = 0 after the steps would end the loading at once.
         y_[3 * i + 2] -= u_[3 * i + 2] / W_[(3 * i + 2) * (rows_ + 1)];
         return true;
     }
 
-    // Whether nothing presses and nothing approaches, or forces act that move nothing any more.
+    // True if no contact has a force or approaches, or the forces move nothing any more.
     bool is_over() {
         bool presses = false, moves = false;
         double strongest_force = largest(force_.data(), rows_);

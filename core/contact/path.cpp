@@ -16,13 +16,13 @@ constexpr int kSegments = 200, kSteps = 400;
 // Slip below this share of the velocities has ended; a direction that turns by less than this
 // against its decay keeps.
 constexpr double kStopped = 1e-15, kStraight = 1e-13;
-// What the last terms of a series may add.
+// The last terms of a series may add this much.
 constexpr double kCut = 1e-17;
 // A normal velocity below this share ended with the slip, where friction wedges.
 constexpr double kWedged = 1e-6;
 // Velocities of the way that are farther than this from W P have lost digits.
 constexpr double kClose = 1e-8;
-// Of paths with derivatives: what is this near a corner is on it.
+// Along paths with derivatives a point this near a corner is on it.
 constexpr double kEdge = 1e-7;
 
 using Derived = Dual<16>;
@@ -69,7 +69,7 @@ struct Series {
         for (int k = kOrder - 1; k >= 0; --k) total = total * x + c[k] / (k + 1);
         return x * total;
     }
-    // Where between 0 and `high` the series, monotone there, has a value: Newton, bisected.
+    // The root between 0 and `high` of the series, monotone there, minus a value: Newton, bisected.
     S root(const S& goal, const S& high) const {
         const double value = value_of(goal);
         double low = 0.0, top = value_of(high), x = top, slope = 0.0;
@@ -113,7 +113,7 @@ struct Rates {
     S u1, u2, un, p1, p2;  // by the normal impulse
 };
 
-// How far an impact has come.
+// The state of an impact along its path.
 template <typename S>
 class Path {
   public:
@@ -270,7 +270,7 @@ class Path {
         }
         S d1 = n1_ - mu_ * (t11_ * s1 + t12_ * s2), d2 = n2_ - mu_ * (t12_ * s1 + t22_ * s2);
         S size = size_of(n1_) + size_of(n2_) + mu_ * (t11_ + t22_);
-        // Of slip that turns, however slowly, the direction may change with the parameters.
+        // If slip turns, however slowly, its direction may change with the parameters.
         if (!begins && (is_derived || size_of(s1 * d2 - s2 * d1) > kStraight * size)) {
             over = turn();
             return;
@@ -321,7 +321,7 @@ class Path {
         }
     }
 
-    // What ends the phase, in u_n, in p and in work; infinite where it is not asked.
+    // The end of the phase in u_n, in p and in work; infinite if there is none.
     void left_to_go(S& velocity, S& impulse, S& work) const {
         velocity = impulse = work = number<S>(INFINITY);
         if (compressing_)
@@ -529,7 +529,7 @@ class Path {
         return reached;
     }
 
-    // How far the end is from what the law asks, relative.
+    // The relative residual of the law at the end.
     double end_residual() const {
         if (restitution_ == Restitution::newton) return std::abs(un_ - target_) / scale_;
         if (restitution_ == Restitution::poisson) return std::abs(p_ - (1.0 + e_) * pressed_) / p_;
@@ -603,7 +603,7 @@ PathImpact follow_path(const double* W, double before, const double* free, doubl
 PathDerivative derive_path(const double* W, double before, const double* free, double e, double mu,
                            Restitution restitution) {
     PathDerivative found;
-    // Of what is held fast the approach is rounding, and no impulse changes it.
+    // The approach of a contact that cannot move is rounding, and no impulse changes it.
     if (std::all_of(W, W + 9, [](double x) { return x == 0.0; })) return found;
     const double scale =
         std::max({std::abs(before), std::abs(free[0]), std::abs(free[1]), std::abs(free[2])});

@@ -5,7 +5,7 @@
 
 namespace impulsekit {
 
-// What one contact did.
+// The impact of one contact.
 struct PathImpact {
     double impulse[3] = {0.0, 0.0, 0.0};            // tangents, normal [N s]
     double after[3] = {0.0, 0.0, 0.0};              // u⁺ [m/s]
@@ -31,7 +31,7 @@ struct PathDerivative {
     // 1: what has stuck is at the edge of its cone; 2: slip ends just as the compression or the
     // impact does; 4: it hardly slips when it meets.
     int edges = 0;
-    // Whether friction draws the contact in again, or holds all that moves: no derivative then.
+    // True if friction draws the contact in again, or holds all that moves: no derivative then.
     bool is_drawn_in = false;
 };
 

@@ -1,4 +1,4 @@
-// What a law of contact is given, and what it answers.
+// Problem and solution of the laws of contact.
 #pragma once
 
 #include <functional>

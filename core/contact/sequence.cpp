@@ -21,7 +21,7 @@ constexpr double kFaint = 1e-13;
 constexpr double kTied = 1e-11;
 // Traits that differ by less than this share are alike.
 constexpr double kAlike = 1e-9;
-// What the sum of a series may be off, of all impulses.
+// Error that the sum of a series may have, relative to all impulses.
 constexpr double kSeries = 1e-11;
 // Speeds that grow by this factor have no end.
 constexpr double kFaster = 1e30;
@@ -109,7 +109,7 @@ class Sequence {
         return found;
     }
 
-    // Of contacts that are equally fast the one of most friction, restitution, sideways motion:
+    // Among equally fast contacts the one of most friction, restitution, sideways motion:
     // what no unit, axis or order of entries changes. Where all are alike it is the first, and
     // tied.
     int foremost(int found, double pace) {

@@ -20,7 +20,7 @@ void add_newtons_shift(const ContactProblem& problem, double* xi);
 // The size of u⁻ and u_free in the rows that the law uses [m/s].
 double velocity_scale(const ContactProblem& problem);
 
-// Whether impulses raised the energy by more than rounding. Blows act in the same instant: a gain
+// True if impulses raised the energy by more than rounding. Blows act in the same instant: a gain
 // is one from the velocities before them and from those that they alone would leave.
 bool gains_energy(const double* impulse, const double* start, const double* free, int rows,
                   double work, double work_size);

@@ -8,7 +8,7 @@ namespace impulsekit::tolerance {
 // terms, that an answer must come down to. Rounding of 3n sums leaves some 1e-15, redundant rows
 // some 1e-13.
 inline constexpr double residual = 1e-9;
-// Where Newton's iteration ends: the residual is rounding.
+// Newton's iteration ends here: the residual is rounding.
 inline constexpr double rounding = 1e-15;
 // A pivot of the scaled Delassus matrix below this is that of a dependent row: 1e-6 of a length.
 inline constexpr double dependent = 1e-12;
@@ -25,9 +25,9 @@ inline constexpr double at_rest = 1e-12;
 // depends on them: loops closed by hand are off by about as much; of rounding it is the second.
 inline constexpr double dependent_row = 1e-7;
 inline constexpr double rounding_of_row = 1e-14;
-// What bilateral rows leave of a contact row below this share of it is rounding.
+// The part of a contact row outside the span of bilateral rows is rounding below this share of it.
 inline constexpr double in_span = 1e-13;
-// What dependent rows may disagree by, relative to the velocities they speak of: loops closed by
+// Dependent rows may disagree by this, relative to the velocities they speak of: loops closed by
 // hand disagree by their digits.
 inline constexpr double contradiction = 1e-6;
 // J Δv beside W P, and A Δv beside what is asked: above this they are brought nearer by one step.

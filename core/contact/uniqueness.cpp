@@ -67,7 +67,7 @@ class Search {
     }
 
   private:
-    // Of a release with floors one answer is found beside each compression.
+    // For an expansion with floors one answer is found beside each compression.
     Verdict all_tried() const {
         const bool releases =
             law_.restitution == Restitution::poisson && largest(p_.restitution, p_.contacts) > 0.0;
@@ -119,7 +119,7 @@ class Search {
         return mu * mu * std::sqrt(size) * std::sqrt(inverse) < 1.0;
     }
 
-    // Whether each contact that rubs has one tangent that moves.
+    // True if each contact that rubs has one tangent that moves.
     bool in_plane() const {
         for (int i = 0; i < p_.contacts; ++i) {
             if (group_[i] < 0) continue;

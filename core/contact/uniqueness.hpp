@@ -1,4 +1,4 @@
-// Whether other velocities obey the law as well, where that can be known.
+// Uniqueness of the velocities that obey the law, where that can be known.
 #pragma once
 
 #include <vector>

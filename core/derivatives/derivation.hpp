@@ -25,7 +25,7 @@ struct Derivation::Mode {
 // so that (Φ W + E) y = given − Φ G M⁻¹ r with W = G M⁻¹ Gᵀ. Its rows keep G end = κ G start.
 struct Derivation::Stage {
     int start = 0, end = 0, change = 0;  // of the velocities that were kept
-    // Of that change, and of those by unit impulses of a hit along a path: −M Δv and what the
+    // For that change, and for those by unit impulses of a hit along a path: −M Δv and what the
     // impulses give, as wrenches on all that hangs on each joint.
     std::vector<std::vector<Spatial<double>>> wrenches;
     bool first = false;              // whether known impulses and imposed velocities act

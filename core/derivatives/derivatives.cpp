@@ -27,7 +27,7 @@ enum Kind {
     kOnPath,  // and two more
 };
 
-// What is this small beside the velocities of the contacts is on an edge.
+// A velocity this small beside those of the contacts is on an edge.
 constexpr double kEdge = 1e-7;
 // A contact that slips has its impulse on the cone, to this share of its bound.
 constexpr double kOnCone = 1e-6;
@@ -214,7 +214,7 @@ void Derivation::find_coefficients() {
         const double normal = dot(p.J + (3 * i + 2) * nv_, p.v, nv_), small = kEdge * scale_;
         int found = -1;
         bool by_differences = false;
-        // What parts has an approach speed of zero, here and nearby.
+        // A parting contact has an approach speed of zero, here and nearby.
         if (given_.has_own_restitution && !(normal > small))
             own.slope = slope_of(law_.contacts[given_.entries[i]].restitution,
                                  std::max(-normal, 0.0), scale_, by_differences, found);
@@ -281,7 +281,7 @@ void Derivation::compress() {
     add_stage(std::move(rest), n_);
 }
 
-// What acts freely, then one contact after the other.
+// First the known impulses, then one contact after the other.
 void Derivation::follow_hits(bool along_path) {
     const ImpactSolution& s = *given_.solution;
     const int rows = 3 * n_;
@@ -670,7 +670,7 @@ void Derivation::drop_rows(Stage& stage) {
     for (int r : stage.even) stage.kept[r] = 1;
 }
 
-// Whether v⁺ may depend on how redundant contacts share their load: under Poisson's law e times
+// True if v⁺ may depend on how redundant contacts share their load: under Poisson's law e times
 // each share comes back, which is e times the resultant without friction and with one e for all.
 bool Derivation::is_split_open() const {
     if (law_.law.restitution != Restitution::poisson) return false;

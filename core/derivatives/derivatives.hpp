@@ -1,4 +1,4 @@
-// How the velocities and impulses of an impact change with all that it starts from.
+// Derivatives of the velocities and impulses of an impact by all that it starts from.
 //
 // With M Δv = I + Aᵀλ + JᵀP differentiated as it stands,
 //     M d = −∂(M Δv)/∂q + ∂(I + Aᵀλ + JᵀP)/∂q + ∂I + Aᵀ dλ + Jᵀ dP,
@@ -19,7 +19,7 @@
 
 namespace impulsekit {
 
-// Where the slopes by each kind of parameter begin: q on its tangent, v⁻, the numbers of known
+// Offsets of the slopes by each kind of parameter: q on its tangent, v⁻, the numbers of known
 // impulses, the points (3) of blows, e and µ of contacts, points and normals (3) of contacts,
 // factors of masses.
 struct Parameters {
@@ -28,7 +28,7 @@ struct Parameters {
     int states() const { return blow_points; }  // q, v and impulses
 };
 
-// Whether derivatives exist, as impulsekit.DerivativeStatus has it.
+// Existence of derivatives, as impulsekit.DerivativeStatus has it.
 enum class Existence : std::int8_t {
     exists,
     by_differences,
@@ -38,7 +38,7 @@ enum class Existence : std::int8_t {
     no_impact,
 };
 
-// What is not differentiated, as Python has words for it.
+// Reasons why an impact is not differentiated, as Python has words for them.
 enum class Unavailable {
     none,
     drawn_in,

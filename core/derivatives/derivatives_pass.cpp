@@ -10,7 +10,7 @@
 namespace impulsekit {
 namespace {
 
-// What dependent rows may disagree by, relative to the velocities they speak of.
+// Dependent rows may disagree by this, relative to the velocities they speak of.
 constexpr double kContradiction = 1e-6;
 
 template <typename S>
@@ -143,7 +143,7 @@ class Derivation::Pass {
                 if (own[i] != 0.0) x_[i] -= own[i] * g_[r];
         }
         if (seed && seed->is_given) {
-            // Of what it is given alone, not of what that does.
+            // Only the velocity that is given, not its effects.
             std::fill(x_.begin(), x_.end(), S{});
         } else {
             d_.held_->mass().solve(x_.data());
@@ -156,7 +156,7 @@ class Derivation::Pass {
         couple(stage.change, x_, stage.impulses.data(), stage.wrenches[0], stage.first);
     }
 
-    // What µ and e change in the impulses themselves.
+    // Add the slopes of the impulses themselves by µ and e.
     void directly(const Stage& stage, int m) {
         for (std::size_t c = 0; c < stage.carrying.size(); ++c) {
             const int i = stage.carrying[c], entry = d_.given_.entries[i];
@@ -181,7 +181,7 @@ class Derivation::Pass {
                     g_[m + 3 * c + k] += stage.mix[m + 9 * c + 3 * r + k] * y_[m + 3 * c + r];
     }
 
-    // What a row asks of the velocities: G end = κ G start.
+    // Add the demand of a row on the velocities: G end = κ G start.
     void add_row(const Stage& stage, int r) {
         const int of = stage.rows[r], m = stage.bilateral();
         const double kappa = stage.kappa[r];
@@ -423,7 +423,7 @@ std::vector<double> Derivation::unit_impulses(int i, int row) const {
     return found;
 }
 
-// Of a stage's impulses and of −M Δv.
+// Find the wrenches of a stage's impulses and of −M Δv.
 void Derivation::find_wrenches(Stage& stage) const {
     const TreeGradient<double, double> tree(*given_.tree);
     const auto add = [&](int change, const double* p, bool first) {
@@ -537,7 +537,7 @@ void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* 
 template void pull_back_blows(const Scene&, const Tree<Pack>&, const Inertia<Pack>*, const Pack*,
                               const Pack*, const Pack*, const Pack*, Pack*);
 
-// Whether demands that were left out or are shared are met, whatever changes.
+// Check that demands that were left out or are shared are met, whatever changes.
 void Derivation::check_rows() {
     const int count = slopes();
     bool open = is_split_open();
@@ -546,7 +546,7 @@ void Derivation::check_rows() {
         const Stage& stage = stages_[k];
         open = stage.is_open;
         if (std::find(stage.kept.begin(), stage.kept.end(), 1) == stage.kept.end()) continue;
-        // What is given by the configuration is a difference of terms of this size.
+        // The part given by the configuration is a difference of terms of this size.
         double rows = 0.0, speed = 0.0;
         for (int r : stage.rows) rows = std::max(rows, largest(row(r), nv_));
         for (int v : {stage.start, stage.end})

@@ -1,4 +1,4 @@
-// Where two bodies touch, and points of that which are followed.
+// Points at which two bodies touch, and such points followed as the bodies move.
 //
 // Whatever two convex polytopes share where they touch has as its ends corners of one on a face of
 // the other, and crossings of an edge of each: n·(x − o) of a corner x over a face, n·(p − p') of
@@ -51,7 +51,7 @@ constexpr double kLooksAlong = 1.0 - 1e-3;
 
 double length(const V& a) { return std::sqrt(dot(a, a)); }
 
-// How far a point of a face's plane is inside its border [m], infinite where it has none.
+// Distance of a point of a face's plane from its border, inwards [m]; infinite without border.
 double inside_of(const Shape& shape, const Face& face, const V& point) {
     double least = std::numeric_limits<double>::infinity();
     const std::size_t n = face.loop.size();
@@ -396,7 +396,7 @@ bool is_named(const Feature& feature, const std::vector<Shape>& first,
 }
 
 bool Feature::operator==(const Feature& other) const {
-    // Of edges that cross the sign alone is part of the name.
+    // For crossing edges the sign alone is part of the name.
     const int said = kind == edges_cross ? 1 : 3;
     return kind == other.kind && std::equal(piece, piece + 2, other.piece) &&
            std::equal(index, index + 4, other.index) &&

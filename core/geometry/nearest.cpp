@@ -1,4 +1,4 @@
-// How far two convex shapes are apart, and along what.
+// Distance of two convex shapes, and its direction.
 //
 // The separation s(n) = −h_a(−n) − h_b(n) along unit normals n, from b to a, is largest where two
 // shapes are nearest: there it is their distance, or minus the depth of their overlap. All is
@@ -21,9 +21,9 @@ constexpr double kParallel = 1e-10;
 // First guesses need no more digits than Newton's method takes to converge.
 constexpr double kGuess = 1e-7;
 constexpr int kMostSupports = 60, kMostSteps = 30, kMostRounds = 24;
-// What is left of the conditions at the nearest points, relative to the size of the shapes.
+// Residual of the conditions at the nearest points, relative to the size of the shapes.
 constexpr double kResidual = 1e-14;
-// Where shapes overlap, so many of the best guesses are followed to their ends.
+// If shapes overlap, so many of the best guesses are followed to their ends.
 constexpr int kMostStarts = 8;
 // Guesses this near each other lead to the same end (cosine).
 constexpr double kSameWay = 0.9;
@@ -65,7 +65,8 @@ struct Core {
         return dot(part.point, direction);
     }
 
-    // How many points reach furthest along a direction, within `level`; the first and the last.
+    // Count the points that reach furthest along a direction, within `level`; the first and the
+    // last.
     int count_furthest(const V& direction, double level, V* ends) const {
         if (shape.kind == Shape::ellipsoid) return 1;
         const V d = back(at.rotation, direction);
@@ -204,7 +205,7 @@ void reduce(Simplex& simplex, const V& shift) {
         own.corners[0].weight = rest;
         if (!inside || rest < 0.0) continue;
         const V point = own.sum() + shift;
-        // Of equally near ones that with fewer corners.
+        // Among equally near ones that with fewer corners.
         if (dot(point, point) < best * (1.0 - 1e-14)) best = dot(point, point), found = own;
     }
     simplex = found;
@@ -392,7 +393,7 @@ Found climb(const Pair& pair, const V& start) {
     return best;
 }
 
-// Whether two numbers are on either side of zero, or one is zero but for rounding.
+// True if two numbers are on either side of zero, or one is zero but for rounding.
 bool opposite(double x, double y) {
     return !(x > kParallel && y > kParallel) && !(x < -kParallel && y < -kParallel);
 }

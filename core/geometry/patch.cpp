@@ -1,6 +1,6 @@
 // The points at which two convex shapes touch, of which one is round.
 //
-// Of each shape that part of the surface touches which is within the margin of the other's: a
+// The part of each surface touches that is within the margin of the other's: a
 // point, a segment (an edge, the side of a cylinder or a capsule), a polygon or the disc of a rim.
 // Seen along the normal two such parts overlap, and the points of contact are the ends of the
 // overlap:
@@ -48,8 +48,8 @@ struct Frame {
     V2 flat(const V& a) const { return {impulsekit::dot(t, a), impulsekit::dot(s, a)}; }
 };
 
-// What of a shape reaches furthest, seen along the normal: a point, a segment or a polygon against
-// the clock; or the disc of a radius about one corner.
+// The part of a shape that reaches furthest, along the normal: a point, a segment or a polygon
+// against the clock; or the disc of a radius about one corner.
 struct Area {
     std::vector<V2> corners;
     std::vector<double> levels;  // heights of the corners along the normal [m]
@@ -78,7 +78,7 @@ struct Spot {
     double more = 0.0;  // how much further apart surfaces are there [m]
 };
 
-// Of a polygon: in turn, and how it slopes.
+// Order the corners of a polygon, and set its slope.
 void close_polygon(Area& area, const Shape& shape, const V& along, const Frame& frame) {
     V2 middle;
     const double share = 1.0 / static_cast<double>(area.corners.size());
@@ -113,7 +113,7 @@ void close_polygon(Area& area, const Shape& shape, const V& along, const Frame& 
     }
 }
 
-// What of a shape is within `near` of what reaches furthest along ±n, in the half that looks there.
+// The part of a shape within `near` of its furthest point along ±n, in the half that faces there.
 Area area_of(const Shape& shape, const V& along, const Frame& frame, double near) {
     near = std::min(near, 0.5 * (support(shape, along) + support(shape, -along)));
     const V out = along - shape.axis * impulsekit::dot(along, shape.axis);
@@ -163,7 +163,7 @@ Area area_of(const Shape& shape, const V& along, const Frame& frame, double near
     return area;
 }
 
-// What of a plane is below a shape, and more.
+// The part of a plane below a shape, and more.
 Area below(const Shape& shape, const Frame& frame, double height) {
     const V2 c = frame.flat(shape.centre);
     const double r = 2.0 * shape.reach + 1.0;
@@ -264,7 +264,7 @@ struct Arc {
     double start, size;
 };
 
-// What is left of a circle after cuts about angles, by so much to both sides.
+// The arcs of a circle that remain after cuts about angles, by so much to both sides.
 std::vector<Arc> arcs_left(const std::vector<Arc>& cuts) {
     const double begin = cuts[0].start + cuts[0].size, end = kTurn - 2.0 * cuts[0].size;
     std::vector<Arc> spans, kept;
@@ -288,7 +288,7 @@ std::vector<Arc> arcs_left(const std::vector<Arc>& cuts) {
     return kept;
 }
 
-// Where the first point of a whole rim is [rad], up to an eighth of a turn.
+// The angle of the first point of a whole rim [rad], up to an eighth of a turn.
 double first_angle(const Area& disc, const Area& area) {
     const double own = std::atan2(disc.across.y, disc.across.x);
     const double other = std::atan2(area.across.y, area.across.x);

@@ -7,7 +7,7 @@
 
 namespace impulsekit {
 
-// What is beside a face, or beyond the end of an edge, by less than this is on it [m].
+// A point beside a face, or beyond the end of an edge, by less than this is on it [m].
 inline constexpr double kBeside = 1e-6;
 // Points nearer to each other than this are one [m].
 inline constexpr double kOnePoint = 3e-6;

@@ -13,7 +13,7 @@
 
 namespace impulsekit {
 
-// Where something is in the world: its axes by columns, and its origin [m].
+// A placement in the world: axes by columns, and origin [m].
 struct Placement {
     Mat3<double> rotation{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     Vec3<double> origin{};
@@ -92,7 +92,7 @@ double least_distance(const Shape& a, const Placement& pa, const Shape& b, const
 // The same distance alone. Larger than `enough` it may be any smaller bound that is, too.
 double distance(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb,
                 double enough = std::numeric_limits<double>::infinity());
-// How far a shape in its own axes reaches along a direction, and the point that does.
+// The support function of a shape in its own axes, and the point that reaches furthest.
 double support(const Shape& shape, const Vec3<double>& direction, Vec3<double>* point = nullptr);
 
 // One point at which two pieces touch, by name. `side` is whose corner or tip it is: 0 the first's.
@@ -117,7 +117,7 @@ struct ContactPoint {
     Vec3<double> point, normal;  // world; halfway between the surfaces, from the other to the first
     double gap = 0.0;
 };
-// Whether a name is of pieces, corners, edges and faces that are there.
+// True if a feature names pieces, corners, edges and faces that are there.
 bool is_named(const Feature& feature, const std::vector<Shape>& first,
               const std::vector<Shape>& other);
 // Adds the points at which two bodies are no further apart than `margin` [m]: the ends of what

@@ -102,7 +102,7 @@ void BilateralRows::solve(const double* target, double* impulse, double* shortfa
     std::vector<double> x(rank_), others(count, 0.0);
     std::fill(shortfall, shortfall + m_, 0.0);
     for (int k = 0; k < rank_; ++k) x[k] = target[order_[k]] / length_[order_[k]];
-    // Where dependent rows disagree each gives way: what lies in the null space, whose columns are
+    // If dependent rows disagree each gives way: what lies in the null space, whose columns are
     // (−Sᵀ, 1), is taken off.
     for (int c = 0; c < count; ++c) {
         double length = length_[order_[rank_ + c]];
@@ -120,7 +120,7 @@ void BilateralRows::solve(const double* target, double* impulse, double* shortfa
             shortfall[order_[k]] -= own * length_[order_[k]];
         }
     }
-    // Of the independent rows W₁ = R₁ᵀ R₁.
+    // For the independent rows W₁ = R₁ᵀ R₁.
     for (int i = 0; i < rank_; ++i) {
         for (int j = 0; j < i; ++j) x[i] -= upper_[j * m_ + i] * x[j];
         x[i] /= upper_[i * m_ + i];
@@ -129,7 +129,8 @@ void BilateralRows::solve(const double* target, double* impulse, double* shortfa
         for (int j = i + 1; j < rank_; ++j) x[i] -= upper_[i * m_ + j] * x[j];
         x[i] /= upper_[i * m_ + i];
     }
-    // Of least norm: (x, 0) less its part in the null space, whose columns are (−Sᵀ, 1).
+    // The solution of least norm: (x, 0) less its part in the null space, whose columns are (−Sᵀ,
+    // 1).
     for (int i = 0; i < count; ++i) others[i] = dot(shares_.data() + i * rank_, x.data(), rank_);
     solve_gram(others.data());
     for (int i = 0; i < count; ++i)

@@ -28,7 +28,7 @@ class BilateralRows {
     int size() const { return nv_; }
     // (m) the independent rows first, then those that they imply or that move nothing.
     const std::vector<int>& order() const { return order_; }
-    // Whether rows were taken for dependent that are so within the tolerance only.
+    // True if rows were taken for dependent that are so within the tolerance only.
     bool nearly_dependent() const { return nearly_; }
     // (m) whether a row's impulse is determined.
     const std::vector<char>& unique() const { return unique_; }

@@ -40,7 +40,7 @@ class ConstrainedMass {
     // begins as `half`. (count) marks rows of which only rounding is left, which are cleared.
     std::vector<char> project_out_constraints(const double* half, int count, double* left) const;
 
-    // Of points' rows (count, nv), three of each: Δv (count, nv) and λ (count, rows) of unit
+    // For points' rows (count, nv), three of each: Δv (count, nv) and λ (count, rows) of unit
     // impulses, and W (count, count), where the rows hold.
     void respond(const double* points, int count, std::vector<double>& velocity_changes,
                  std::vector<double>& unit_multipliers, std::vector<double>& W) const;

@@ -123,7 +123,7 @@ class Impact {
                 if (std::abs(shortfall[r]) > 0.1 * worst) s_.failed.push_back(r);
             return false;
         }
-        // What dependent rows lack is the inaccuracy of the model, and is left.
+        // The shortfall of dependent rows is the inaccuracy of the model, and is left.
         for (int r = 0; r < m_; ++r) demand_[r] -= shortfall[r];
         add_transposed(half_, m_, nv_, s_.multipliers.data(), start_);
         for (int round = 0; round < kRefinements; ++round) {
@@ -228,7 +228,7 @@ class Impact {
         mass_->mass().rest(s_.dv.data());
     }
 
-    // Where W P has lost digits the law is solved again with the velocities that Δv makes.
+    // If W P has lost digits the law is solved again with the velocities that Δv makes.
     void refine(ContactProblem& contact, double* free, const std::vector<double>& held,
                 double* change) {
         double* made = scratch().allocate(rows_);
@@ -291,7 +291,7 @@ class Impact {
     // Backward errors of M Δv = I + Aᵀλ + JᵀP, of A v⁺ = b, and of J v⁺ beside the law's u⁺.
     void measure() {
         double *left = scratch().allocate(nv_), *size = scratch().allocate(nv_);
-        // Of what rests and is struck the velocities that the blow alone would make are the
+        // For resting bodies that are struck the velocities that the blow alone would make are the
         // measure.
         double twice = p_.impulse ? dot(blow_, blow_, nv_) : 0.0;
         auto blown = [&](const double* half) {
@@ -321,12 +321,12 @@ class Impact {
         add(p_.J, rows_, s_.contact.impulse.data());
         s_.momentum_residual = 0.0;
         for (int i = 0; i < nv_; ++i) {
-            // Of inertias that no body has either may be negative: then they measure nothing.
+            // With unphysical inertias either may be negative: then they measure nothing.
             double own = size[i] + std::sqrt(std::max(twice * M_[i * nv_ + i], 0.0));
             if (own > 0.0)
                 s_.momentum_residual = std::max(s_.momentum_residual, std::abs(left[i]) / own);
         }
-        // What is held before an impact and after moves by what the contacts' impulses alone make.
+        // Rows that are held before an impact and after change by the contacts' impulses alone.
         double off = 0.0, terms = 0.0, *struck = scratch().allocate(nv_);
         if (m_ > 0) add_transposed(half_contacts_, rows_, nv_, s_.contact.impulse.data(), struck);
         for (int r = 0; r < m_; ++r) {

@@ -48,7 +48,7 @@ struct ImpactSolution {
 
 void solve_impact(const ImpactProblem& problem, ImpactSolution& solution);
 
-// What became of it, as impulsekit.Status has it, and whether its velocities may be used.
+// The status of a solution as impulsekit.Status numbers it, and whether its velocities may be used.
 int code_of(const ImpactSolution& solution);
 bool is_valid_code(int code);
 

@@ -28,7 +28,7 @@ const double kFromAxes[3][3] = {
     {1.0, 1.0, 0.0}};
 const double kReal = 3.0 + std::cbrt(9.0) - std::cbrt(3.0), kAlpha = 2.681082873627752133896,
              kBeta = 3.050430199247410569426;
-// Of the error by a formula of order 3, with the real eigenvalue of the inverse of the weights.
+// Weights of the error by a formula of order 3, with the real eigenvalue of the weights' inverse.
 const double kError[3] = {(-13.0 - 7.0 * kRoot6) / 3.0, (-13.0 + 7.0 * kRoot6) / 3.0, -1.0 / 3.0};
 // Newton's iteration ends at this share of what errors may be, after so many rounds at most.
 constexpr double kNewton = 1e-3;

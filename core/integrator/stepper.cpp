@@ -66,7 +66,7 @@ bool Stepper::stages(const Rate& f, double t, const double* y, double h, double*
     return true;
 }
 
-// Of a step whose stages and rate at the end stand in k_.
+// The error of a step whose stages and rate at the end stand in k_.
 bool Stepper::dense(const Rate& f, double t, const double* y, double h, const double* end,
                     Step& found) {
     namespace d = dop853;
@@ -136,7 +136,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
     if (method_ != Method::dop853) return fixed(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     double h = std::min(next, longest);
-    // What is left behind a step is no crumb.
+    // The rest behind a step is no crumb.
     if (h < longest && 1.01 * h >= longest) h = longest;
     if (longest < reach_ * next && longest > shortest_step(t)) {
         const double size = dopri5(f, project, t, y, longest, found);

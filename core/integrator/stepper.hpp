@@ -37,7 +37,7 @@ class Stepper {
   public:
     // ẏ (n) at a time; false where there is none.
     using Rate = std::function<bool(double t, const double* y, double* rate)>;
-    // What a step allows of errors: atol + rtol of how far places move, and of velocities.
+    // Error allowed to a step: atol + rtol of how far places move, and of velocities.
     struct Accuracy {
         double rtol = 1e-8, atol = 1e-12;
     };
@@ -55,7 +55,7 @@ class Stepper {
         keeps_J_ = false;
         last_ = Step();
     }
-    // Whether the last rate of the last step was that of its end.
+    // True if the last rate of the last step was that of its end.
     bool ended_last() const { return implicit_ || is_dopri5_; }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
@@ -68,7 +68,7 @@ class Stepper {
     bool stages(const Rate& f, double t, const double* y, double h, double* end);
     bool dense(const Rate& f, double t, const double* y, double h, const double* end, Step& found);
     double error(const double* y, const double* end, double h) const;
-    // What an error may be, of an entry that a step changes.
+    // The error allowed to an entry that a step changes.
     double allowed(int entry, double before, double after) const {
         const double size = entry < places_ ? std::abs(after - before)
                                             : std::max(std::abs(before), std::abs(after));

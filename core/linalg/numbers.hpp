@@ -13,7 +13,7 @@ inline constexpr int kLanes = 8;
 using Pack = double __attribute__((vector_size(8 * kLanes)));
 using PackBits = std::int64_t __attribute__((vector_size(8 * kLanes)));
 
-// What a number has for its bits and for each of its states.
+// Traits of a number: its bits and the entries of its states.
 template <typename S>
 struct Number;
 

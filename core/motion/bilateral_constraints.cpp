@@ -151,7 +151,7 @@ void BilateralConstraints::start(const Tree<double>& tree, const double* q, cons
     }
 }
 
-// What the rows of two frames determine of their places: all of a point, or all of its
+// Find what the rows of two frames determine of their places: all of a point, or all of its
 // coordinates in axes that stay; all of a turn, or the tilt of an axis.
 void BilateralConstraints::keep_pair(const Tree<double>& tree, const Held& held, Kept& kept) const {
     const Pair& pair = held.frames;
@@ -274,7 +274,7 @@ double BilateralConstraints::coordinate_difference(int v, const double* from,
     return 0.0;
 }
 
-// Whether all its coordinates are numbers that velocities are the rates of.
+// True if all its coordinates are numbers that velocities are the rates of.
 bool BilateralConstraints::is_plain(const Held& held) const {
     const Model& model = *scene_->model;
     for (const Held::Term& term : held.terms)

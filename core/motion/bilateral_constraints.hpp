@@ -9,14 +9,14 @@
 
 namespace impulsekit {
 
-// What users' functions say of constraints; empty where a scene has none of the kind.
+// Users' functions of constraints; empty where a scene has none of the kind.
 struct ConstraintFunctions {
     std::function<void(const double* q, double* rows)> rows;  // (function rows, nv)
     std::function<void(const double* q, const double* v, double* bias)> bias;
     std::function<void(const double* q, double* values)> values;
     // Velocities (rows) that are driven in time, and their rates, over what stands there.
     std::function<void(double t, double* velocity, double* rate)> speeds;
-    // Where the joint of an entry that is driven has to be at a time.
+    // The prescribed coordinate of a driven joint at a time.
     std::function<double(int entry, double t)> place;
 };
 
@@ -42,12 +42,12 @@ class BilateralConstraints {
 
     // Take what is kept, and where all stands, from the start of a motion.
     void start(const Tree<double>& tree, const double* q, const double* v);
-    // How far coordinates are off at a time, and the rows they belong to.
+    // The errors of coordinates at a time, and the rows they belong to.
     void drift(const Tree<double>& tree, const double* q, double t, std::vector<double>& off,
                std::vector<int>& rows) const;
 
   private:
-    // What one entry keeps of the places at the start.
+    // The places at the start that one entry keeps.
     struct Kept {
         enum Kind { nothing, distance, met, apart } linear = nothing;
         enum Turn { none, all, hinge_of_first, hinge_of_world } angular = none;

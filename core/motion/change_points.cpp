@@ -18,7 +18,7 @@ namespace {
 
 // So many steps are looked back: where they shrink, they do so by a fifth at least.
 constexpr std::size_t kMostBack = 100;
-// How far a leap reaches, in lengths of the way to the change point, and at least in those of the
+// A jump reaches so many lengths of the way to the change point, and at least of those of the
 // longest step; from how many times as long it is learnt.
 constexpr double kReach = 1.5, kLeastReach = 1e-2, kFitted = 4.0;
 // Behind, velocities may be off by this part of the largest; accelerations of the polynomial are

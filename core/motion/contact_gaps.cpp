@@ -9,7 +9,7 @@
 namespace impulsekit {
 namespace {
 
-// How far bodies turn, or move in radii, for the rates of what is followed on them.
+// Bodies turn by this, or move by this many radii, for the rates of what is followed on them.
 constexpr double kMove = 1e-3;
 // Rounding of gaps, of the size of places.
 constexpr double kRounded = 4e-16;
@@ -57,7 +57,7 @@ double smaller_of(const Bodies& bodies) {
     return least;
 }
 
-// Whether corners, ends of capsules or rims may touch, which lift each other in turn.
+// True if corners, ends of capsules or rims may touch, which lift each other in turn.
 bool has_ends(const Bodies& bodies) {
     const auto is_smooth = [](const Shape& s) {
         return s.kind == Shape::ball || s.kind == Shape::ellipsoid || s.kind == Shape::half_space;
@@ -66,18 +66,18 @@ bool has_ends(const Bodies& bodies) {
              std::all_of(bodies.other.begin(), bodies.other.end(), is_smooth));
 }
 
-// How fast a point of a shape may move at most.
+// An upper bound of the speed of a shape's points.
 double fastest(const Tree<double>& tree, int body, const Shape& shape, const Vec& other_place) {
     const Spatial<double>& twist = tree.twist[body];
     if (std::isinf(shape.reach)) {
-        // Of a half-space what is near the other body counts.
+        // The part of a half-space near the other body counts.
         return length_of(twist_at(twist, other_place - tree.origin[body]).linear);
     }
     const Vec centre = tree.rotation[body] * shape.centre;
     return length_of(twist_at(twist, centre).linear) + length_of(twist.angular) * shape.reach;
 }
 
-// Whether pieces are hulls of points with a radius around; then how far they reach from the origin.
+// True if pieces are hulls of points with a radius around; then their reach from the origin.
 bool is_pointed(const std::vector<Shape>& pieces, double& reach) {
     const auto is_hull = [](const Shape& s) {
         return s.circles.empty() && s.kind != Shape::ellipsoid && s.kind != Shape::half_space;
@@ -94,7 +94,7 @@ double time_to(double gap, double rate, double acceleration) {
     return rate < 0.0 ? 2.0 * gap / (root - rate) : (rate + root) / (acceleration + 1e-300);
 }
 
-// How long a hull of points stays on its side of a plane of the other body, to which it has a gap
+// The time in which a hull of points stays on its side of a plane of the other body, at a gap
 // along the normal: every point by g + ġ t − A t²/2. In the other's frame; `turn` brings the
 // hull's axes there. `slowest`: the rate of those that are there now.
 double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double gap,
@@ -311,7 +311,7 @@ void ContactGaps::scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axe
     axes.y = second;
 }
 
-// Whether a point is at a fixed distance from one that is fixed in a body, along the normal of a
+// True if a point is at a fixed distance from one that is fixed in a body, along the normal of a
 // face of the other: a corner, a ball, an end of a capsule, a spot.
 bool is_fixed_on_face(const Feature& feature, const Shape& own) {
     if (feature.kind == Feature::corner_on_face || feature.kind == Feature::spot_on_face)
@@ -320,7 +320,7 @@ bool is_fixed_on_face(const Feature& feature, const Shape& own) {
            feature.index[1] < static_cast<int>(own.points.size());
 }
 
-// How fast such a point wanders, and its normal changes: p = c − (r + g/2) m, where m is the normal
+// The rates of such a point and its normal: p = c − (r + g/2) m, where m is the normal
 // of the face and g = m·(c − o) − r.
 void follow_on_face(const Tree<double>& tree, const ContactPoint& here, double radius, int own,
                     int ground, const Vec& m, Vec& wanders, Vec& change) {
@@ -331,7 +331,7 @@ void follow_on_face(const Tree<double>& tree, const ContactPoint& here, double r
     wanders = v - change * (radius + 0.5 * here.gap) - m * (0.5 * rate);
 }
 
-// Where a followed point is, and how fast it and its normal wander over both bodies: where nothing
+// A followed point, and the rates of it and its normal over both bodies: where nothing
 // is fixed, differences of fourth order along their motion.
 FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
                                             const RestingContact& point) const {

@@ -12,12 +12,12 @@
 
 namespace impulsekit {
 
-// Whether what touches rubs, rolls or spins, and which way: it keeps still, or it moves.
+// Slip, rolling or spin of a contact and its direction: it sticks, or it moves.
 struct SlipState {
     bool moves = false;
     double direction[2] = {};  // unit vector in the tangents; of a spin its sign
 
-    // Whether slip has just begun: it has no way yet but that of its acceleration, to which
+    // True if slip has just begun: it has no direction yet but that of its acceleration, to which
     // friction turns it within nanoseconds.
     bool begins() const { return moves && direction[0] == 0.0 && direction[1] == 0.0; }
 };
@@ -48,7 +48,7 @@ struct Bodies {
     std::vector<Shape> first, other;
     int first_body = 0, other_body = 0;
     double smaller = 0.0;  // radius of a ball around the smaller one [m]
-    // Which body is of points alone, with a radius around them: 0, 1 or neither; how far it
+    // The body of points alone, with a radius around them: 0, 1 or neither (−1); how far it
     // reaches.
     int pointed = -1;
     double reach = 0.0;
@@ -58,11 +58,11 @@ struct GapFunctions {
     // Gap and (3, nv) rows of the i-th contact by functions, and the rates of its rows.
     std::function<void(int i, const double* q, double* found)> rows;
     std::function<void(int i, const double* q, const double* v, double* bias)> bias;
-    // Whether a contact of the scene counts as one at a state.
+    // True if a contact of the scene counts as one at a state.
     std::function<bool(int entry, const double* q, const double* v)> counts;
 };
 
-// What is known of one gap at a state.
+// One gap at a state.
 struct GapState {
     double gap = 0.0, rate = 0.0;  // [m, m/s]; of joints [rad, rad/s]
     double bound = 0.0;            // no gap of this contact closes faster, at this state [m/s]
@@ -108,7 +108,7 @@ class ContactGaps {
     void rows(const Tree<double>& tree, const RestingContact& point, const double* q,
               const double* v, double* J, double* turning, double* bias, double* turning_bias,
               bool in_units = true) const;
-    // Whether friction goes by an ellipse, whose semi-axes are units of the tangents.
+    // True if friction goes by an ellipse, whose semi-axes are units of the tangents.
     bool is_elliptic(int entry) const;
 
     // The largest acceleration of points of one body in the frame of the other, from states a time

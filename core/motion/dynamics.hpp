@@ -19,7 +19,7 @@ struct DryJoint {
     double bound = 0.0;
 };
 
-// What rests: points, and joints with dry friction (−1, 1: it moves that way; 0: it keeps still);
+// The resting state: points, and joints with dry friction (−1, 1: moving that way; 0: sticking);
 // and the torques that are set from outside meanwhile.
 struct RestingState {
     std::vector<RestingContact> points;
@@ -49,7 +49,7 @@ struct MotionScene {
     std::vector<DryJoint> dry;
 };
 
-// What keeps still breaks away if it accelerates by more than this share of what it would without
+// A sticking contact breaks away if it accelerates by more than this share of what it would without
 // contact forces.
 inline constexpr double kTorn = 1e-8;
 
@@ -68,9 +68,9 @@ class Dynamics {
     double slow = 1e-9;
     int evaluations = 0;
 
-    // Of the last evaluation: by point F and a (3n) and slip u (3n), in the axes of each; of those
-    // that resist turning moments, their rates and speeds (3k); of joints with dry friction what it
-    // gives and their acceleration; λ and which are determined.
+    // From the last evaluation: by point F and a (3n) and slip u (3n), in the axes of each; of
+    // those that resist turning moments, their rates and speeds (3k); of joints with dry friction
+    // what it gives and their acceleration; λ and which are determined.
     std::vector<double> F, rate, slip, moment, turn_rate, turning, dry_torque, dry_rate;
     std::vector<double> multipliers;
     std::vector<char> unique;

@@ -1,4 +1,4 @@
-// What ends a step: gaps that close, and functions of the state that fall to zero.
+// Events that end a step: gaps that close, and functions of the state that fall to zero.
 #include <algorithm>
 #include <cmath>
 
@@ -9,14 +9,14 @@ namespace {
 
 // A body that rests, or has just parted, has come down elsewhere this deep [m].
 constexpr double kElsewhere = 1e-10;
-// How much faster than at the nodes of a step gaps may close between them.
+// Gaps may close between the nodes of a step so many times as fast as at them.
 constexpr double kFaster = 1.3;
 // Parts of a step at which it is looked at.
 constexpr double kNodes[] = {0.0, 0.25, 0.5, 0.75, 1.0};
 // Bodies turn no further than this [rad] between two looks at them.
 constexpr double kSeen = 0.7;
 constexpr int kMostAdvances = 400, kMostHalvings = 80;
-// Of the time in which a gap surely stays open so much is gone at once: a step that ended just
+// So much of the time in which a gap surely stays open is gone at once: a step that ended just
 // where it closes would not see on which side it is.
 constexpr double kShort = 0.9;
 // Gaps that are told apart from none [m].
@@ -76,13 +76,13 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         if (bend > 0.0)
             by = std::max(by,
                           (now.rate + std::sqrt(now.rate * now.rate + 2.0 * bend * value)) / bend);
-        // Where the rate hardly changes any more the zero is near; the last bit is gone beyond.
+        // If the rate hardly changes any more the zero is near; the last bit is gone beyond.
         double ahead = !now.is_rough && now.rate < 0.0 ? value / -now.rate : 0.0;
         if (value < kNear) ahead *= 1.2;
         if (ahead * change < 0.3 * -now.rate) by = std::max(by, ahead);
-        // What is as good as closed and stays so, sliding on or parting slowly, is looked at ever
-        // less often: its distance says nothing of when it comes down, a fall shows at the next
-        // look.
+        // A gap that is as good as closed and stays so, sliding on or parting slowly, is looked at
+        // ever less often: its distance says nothing of when it comes down, a fall shows at the
+        // next look.
         by = std::max({by, least, now.gap <= kElsewhere ? 2.0 * last : 0.0});
         last = now.gap <= kElsewhere ? by : 0.0;
         const double next = std::min(at + by, until);
@@ -90,7 +90,7 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         if (there.gap < 0.0 && now.gap > 0.0)
             return zero_between(at, now.gap, next, there.gap,
                                 [&](double x) { return measure(x).gap; });
-        // What began closed may have opened by less than can be seen, and closed again.
+        // A gap that began closed may have opened by less than can be seen, and closed again.
         if (there.gap < -kElsewhere && now.gap > -kElsewhere)
             return zero_between(at, now.gap + kElsewhere, next, there.gap + kElsewhere,
                                 [&](double x) { return measure(x).gap + kElsewhere; });
@@ -229,7 +229,7 @@ void Motion::margins(const Step& step, double at, std::vector<double>& found) {
     }
 }
 
-// What holds as long as it can, and lets go at once: by the accelerations that are left.
+// Margins of contacts that stick as long as they can: by the accelerations that are left.
 void Motion::write_tears(double at, const double* q, const double* v, std::vector<double>& found) {
     const auto pulls = [&](const RestingContact& p) {
         return !scene_->pulls.empty() &&
@@ -291,7 +291,7 @@ double Motion::first_change(const Step& step, double until) {
         for (std::size_t k = 0; k < after.size(); ++k) {
             if (!(after[k] < 0.0)) continue;
             if (!(before[k] > 0.0)) {
-                // What began at zero has turned the other way.
+                // A margin that began at zero has turned the other way.
                 if (i == 1 && after[k] < before[k]) first = std::min(first, left);
                 continue;
             }
@@ -368,7 +368,7 @@ bool Motion::happen(const Event& event, const Step&) {
                 const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
                              speed = std::hypot(a, b);
                 if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
-                // What has turned away slides on.
+                // Slip that has turned away goes on.
                 slip_state = speed > std::max(none, dynamics_.slow)
                                  ? SlipState{true, {a / speed, b / speed}}
                                  : SlipState();

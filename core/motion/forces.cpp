@@ -27,7 +27,7 @@ double torque_of(const JointForce& f, const double* q, const double* v) {
     return f.torque - f.stiffness * strain_of(f, q) - f.damping * v[f.v];
 }
 
-// How far a one-sided spring is strained; where a joint turns without end the sine of that.
+// The strain of a one-sided spring; in a joint that turns without end the sine of that.
 double zone_of(const JointForce& f, const double* q) {
     const double strain = strain_of(f, q);
     return f.side * (f.is_circle ? std::sin(strain) : strain);
@@ -154,7 +154,7 @@ void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
     }
 }
 
-// What a one-sided force does towards its side; of another one nothing.
+// The force of a one-sided spring towards its side; 0 for others.
 double Kinks::force_towards_side(int k, const Tree<double>& tree, const double* q,
                                  const double* v) const {
     const int joints = static_cast<int>(joints_.size());
@@ -166,7 +166,7 @@ double Kinks::force_towards_side(int k, const Tree<double>& tree, const double* 
     return f.damping > 0.0 ? -f.side * torque_of(f, q, v) : 0.0;
 }
 
-// How far beyond its kink a force changes.
+// Distance beyond its kink at which a force changes.
 double Kinks::beyond_of(int k) const {
     const int joints = static_cast<int>(joints_.size());
     if (k >= joints) {

@@ -1,4 +1,4 @@
-// What acts on a robot between impacts: springs, dampers, PD laws, torques and forces.
+// Forces on a robot between impacts: springs, dampers, PD laws, torques and forces.
 #pragma once
 
 #include <functional>
@@ -39,8 +39,8 @@ struct ForceEntry {
     int index = 0;
 };
 
-// How a force with a kink acts: a one-sided spring out of its zone, within, or there without force
-// since its damper would pull what it pushes; a PD law below its limit, or at one of both.
+// The side of a force with a kink: a one-sided spring out of its zone, within, or there without
+// force since its damper would pull what it pushes; a PD law below its limit, or at one of both.
 enum class Side : signed char { lower = -1, out = 0, acts = 1, upper = 2, slack = 3 };
 
 struct Forces {

@@ -22,7 +22,7 @@ struct FramePairMotion {
     Vec turns;    // angular velocity of the axes
 };
 
-// Of the point of a body that is at a place.
+// Velocity and acceleration of the point of a body that is at a place.
 inline Vec velocity_at(const Tree<double>& tree, int body, const Vec& place) {
     return twist_at(tree.twist[body], place - tree.origin[body]).linear;
 }

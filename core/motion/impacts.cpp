@@ -19,11 +19,11 @@ constexpr int kChatter = 8;
 constexpr double kQuick = 1e-3;
 // Points that touch and move more slowly against each other lie still [m/s].
 constexpr double kStill = 1e-8;
-// Where friction jams, points are pressed in by this part of the slip, or of what it is a sum of.
+// If friction jams, points are pressed in by this part of the slip, or of what it is a sum of.
 constexpr double kPressed[] = {1e-12, 1e-8, 1e-6}, kPressedOfSum = 1e-14;
 // Changes of velocity so many times the pressing, and of this share of the slip, are an impact's.
 constexpr double kAnImpact = 1e3, kOfSlip = 1e-7;
-// Where no forces hold what rests, slip below the first [m/s], or that friction ends within the
+// If no forces hold a resting contact, slip below the first [m/s], or that friction ends within the
 // second [s], is stopped; below the third it counts as none.
 constexpr double kSlowSlip = 1e-5, kSoon = 1e-9, kNoSlipAtAll = 1e-14;
 
@@ -220,7 +220,7 @@ bool Motion::apply_impact(std::vector<RestingContact> points, double approach, d
     }
     impact.impulses = impulses_at(points);
     const bool is_valid = is_valid_code(impact.code);
-    // What is captured is no impact: another writing of the scene has another rounding there.
+    // A captured contact makes no impact: another writing of the scene has another rounding there.
     if (!is_valid || approach >= settings_.capture_speed) impacts.push_back(impact);
     if (!is_valid) {
         ended = Ended::impact_not_valid;
@@ -257,7 +257,7 @@ bool Motion::release_unloaded() {
     return true;
 }
 
-// Where W_nn <= µ W_nt·s no force keeps a sliding contact from being pressed in (Painlevé 1895). It
+// If W_nn <= µ W_nt·s no force keeps a sliding contact from being pressed in (Painlevé 1895). It
 // stops by an impact without collision (Lecornu 1905; Génot & Brogliato 1999): the limit of impacts
 // whose approach goes to zero, without restitution.
 bool Motion::impact_without_collision() {

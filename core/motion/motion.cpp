@@ -184,7 +184,7 @@ void Motion::keep(const Step& step) {
     path.push_back({step, static_cast<int>(resting_states.size()) - 1});
 }
 
-// How soon the first slip stops if accelerations stay as they are: slip s with the rate a has
+// The time until the first slip stops if accelerations stay as they are: slip s with the rate a has
 // nothing left along itself at t = −s²/(s·a).
 double Motion::until_stopping() const {
     double soonest = INFINITY;
@@ -333,7 +333,7 @@ bool Motion::advance(double until) {
     return ended == Ended::not_yet;
 }
 
-// Whether the last steps lead nowhere, or speeds need steps too short to reach the end.
+// End a motion whose last steps lead nowhere, or whose speeds need steps too short.
 void Motion::refuse_hopeless(int made) {
     double speed = 0.0;
     for (int i = 0; i < nv(); ++i) speed = std::max(speed, std::abs(y[nq() + i]));

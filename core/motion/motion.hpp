@@ -14,7 +14,7 @@
 
 namespace impulsekit {
 
-// Where events end steps: a resting point that opens faster has lifted [m/s]; one held by a pull
+// Thresholds of events: a resting point that opens faster has lifted [m/s]; one held by a pull
 // that accelerates away by more than this share of what it would without forces is torn off; one
 // further beside its face, or beyond its edge, has left it [m]. At the event itself rounding may
 // leave a little less: from the second of each on, points are let go of there.
@@ -33,7 +33,7 @@ struct MotionSettings {
     int max_impacts = 10000, max_steps = 100000;
 };
 
-// How a motion ended, in the order of MotionStatus.
+// The end of a motion, in the order of MotionStatus.
 enum class Ended {
     not_yet = -1,
     finished,
@@ -76,9 +76,9 @@ class Motion {
     Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings, const double* q,
            const double* v);
 
-    // What touches at the start, and how deep it is, by gap: (gap, value, rate).
+    // The gaps that are closed at the start, and their values and rates.
     std::vector<std::pair<int, GapState>> gaps_closed_at_start();
-    // Whether a constraint asks for another velocity than it has.
+    // True if a constraint prescribes another velocity than it has.
     bool is_driven_off();
     // The motion begins with this velocity, after what strikes at the start.
     void begin(const double* v, const std::vector<int>& contact_gaps);
@@ -111,7 +111,7 @@ class Motion {
     void state(double at, double* q, double* v) const;
     // y (nq + nv) at a time of the path, as its steps have it: q off unit length by rounding.
     void sample(double at, double* found) const;
-    // What rested then.
+    // The resting state then.
     const RestingState& resting_state_at(double at) const;
     // Forget steps of the path that end before a time.
     void forget(double before);

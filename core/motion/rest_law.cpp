@@ -146,7 +146,7 @@ class RestLaw {
         for (int r = 0; r < rows_; ++r) a_[r] = p_.b[r] + dot(p_.W + r * rows_, F_, rows_);
     }
 
-    // Whether what was found pushes and stays within its cones. Else presses what would be pressed
+    // True if the forces found push and stay within their cones. Else load what would be pressed
     // in and lets go of what would pull.
     bool obeys() {
         double most = 0.0;

@@ -9,7 +9,7 @@
 namespace impulsekit {
 namespace {
 
-// How far the gap of what was torn off may waver [m].
+// The gap of a contact that was torn off may waver by this [m].
 constexpr double kGrazed = 1e-13;
 // Rounding of places, of their size.
 constexpr double kRounded = 2e-15;
@@ -78,7 +78,7 @@ void Motion::begin(const double* v, const std::vector<int>& contact_gaps) {
     begun = true;
 }
 
-// What of the candidates stays, and how: what parts no faster than the capture speed, and sticks
+// The candidates that rest: those that part no faster than the capture speed; they stick
 // where it slips no faster than `no_slip`.
 bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates, bool lay,
                                    double no_slip) {
@@ -165,7 +165,7 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
     return low;
 }
 
-// Which points slide, roll and spin from here on, and which joints move; drift is taken out.
+// Set the slip states of points and the directions of joints from here on; drift is taken out.
 bool Motion::find_slip_states(double no_slip) {
     double* v = y.data() + nq();
     double fastest = 0.0;
@@ -197,7 +197,7 @@ bool Motion::find_slip_states(double no_slip) {
     return update_rest();
 }
 
-// Of the points that rest these stay; contacts of which none does have ended their rest.
+// These of the resting points stay; contacts of which none does have ended their rest.
 void Motion::retain_contacts(std::vector<RestingContact> stays) {
     for (const RestInterval& known : resting()) {
         const bool rests_still =
@@ -235,12 +235,12 @@ void Motion::release_contacts() {
     if (stays.size() == rest_.points.size()) return;
     // Points that have left their faces may touch beside them.
     retain_contacts(stays);
-    // What was torn off has no speed yet: rounding alone would close it again.
+    // A contact that was torn off has no speed yet: rounding alone would close it again.
     for (int gap : torn_gaps) base_[gap] -= kGrazed;
 }
 
-// What keeps still and is not held begins to slide along its acceleration; what slides has its way
-// from its slip.
+// A sticking contact that is not held begins to slip along its acceleration; a slipping one has its
+// direction from its slip.
 bool Motion::update_slip_states() {
     bool changed = false;
     const std::size_t n = rest_.points.size();
@@ -375,7 +375,7 @@ bool Motion::correct_drift(bool all_normals) {
         const bool keeps = point.pressed || all_normals;
         const auto still = [&](const double* own) { add_row(own, -sum_of(own, v, nv())); };
         if (keeps) still(row + 2 * nv());
-        // What chatters does not slip either: friction of so little slip would tip it.
+        // A chattering contact does not slip either: friction of so little slip would tip it.
         if (all_normals && chatters(point.gap) &&
             std::hypot(sum_of(row, v, nv()), sum_of(row + nv(), v, nv())) < gap.capture)
             still(row), still(row + nv());

@@ -40,7 +40,7 @@ template <typename S>
 Vec3<S> shortest_way_out(const Ball& ball, const Vec3<S>& c, S& length) {
     const auto get = [](const S& x) { return Number<S>::get(x, 0); };
     const auto sign = [&](const S& x) { return number<S>(get(x) < 0.0 ? -1.0 : 1.0); };
-    // How deep a coordinate is within a half size.
+    // The depth of a coordinate within a half size.
     const auto depth = [&](double size, const S& x) { return size - sign(x) * x; };
     const double* size = ball.size;
     length = S{};
@@ -66,9 +66,9 @@ Vec3<S> shortest_way_out(const Ball& ball, const Vec3<S>& c, S& length) {
     return {zero, zero, sign(c.z)};
 }
 
-// Where a ball meets a shape, in the shape's axes: the point halfway between the surfaces, the
-// normal towards the ball's centre c, and the gap. A shape is a core and a radius around it: of a
-// ball a point, of a capsule a segment, of a box or a cylinder the whole. From within a core the
+// The contact of a ball and a shape, in the shape's axes: the point halfway between the surfaces,
+// the normal towards the ball's centre c, and the gap. A shape is a core and a radius around it: of
+// a ball a point, of a capsule a segment, of a box or a cylinder the whole. From within a core the
 // shortest way out counts.
 template <typename S>
 S ball_contact(const Ball& ball, const Vec3<S>& c, Vec3<S>& point, Vec3<S>& normal) {

@@ -1,4 +1,4 @@
-// Where the bodies of a state meet, as slopes by the configuration take it.
+// The frame pairs of a state, as slopes by the configuration take them.
 #pragma once
 
 #include <vector>

@@ -189,7 +189,7 @@ class Rows {
         }
     }
 
-    // Of the axes of a frame in one lane.
+    // The placement of a frame in one lane.
     static Placement placement_of(const Tree<S>& tree, const Site& site, int k) {
         const Mat3<S> axes = tree.rotation[site.body] * mat3<S>(site.axes);
         return {{get(axes.x, k), get(axes.y, k), get(axes.z, k)}, get(place_of(tree, site), k)};
@@ -215,7 +215,7 @@ class Rows {
         }
     }
 
-    // Where a ball meets a shape, lane by lane.
+    // The contact of a ball and a shape, lane by lane.
     static void ball_contact(const Ball& ball, const Vec3<S>& centre, Vec3<S>& point,
                              Vec3<S>& normal, S& gap) {
         if constexpr (lanes == 1) {
@@ -507,7 +507,7 @@ class Rows {
             found_[k].clear();
             const Placement first = placement_of(tree, contact.frames.first, k),
                             other = placement_of(tree, contact.frames.other, k);
-            // What has no place meets nothing.
+            // A body without a finite place touches nothing.
             const Vec3<double> away = first.origin - other.origin + first.rotation.x +
                                       first.rotation.y + other.rotation.x + other.rotation.y;
             if (!std::isfinite(dot(away, away))) continue;

@@ -1,4 +1,4 @@
-// What holds and touches a robot, and what strikes it, as plain tables.
+// Constraints, contacts and known impulses of a robot, as plain tables.
 //
 // Conventions of all rows. The first frame receives the impulse, the other one the opposite; linear
 // comes before angular; vectors are in world axes. With c, c' two points, v, v' their velocities
@@ -23,7 +23,7 @@ struct Site {
     double axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 };
 
-// What the axes R of a pair turn with; "line" leads from the other point to the first.
+// The carrier of the axes R of a pair; "line" leads from the other point to the first.
 enum class Carrier { world, first, other, line };
 
 // Rows between two frames.
@@ -110,7 +110,7 @@ struct Scene {
     int rows() const { return static_cast<int>(velocity.size()); }
 };
 
-// What is given for one state beside q and v; null where the scene needs none.
+// Inputs of one state beside q and v; null where the scene needs none.
 struct GivenState {
     const double* function_rows = nullptr;      // (function_rows, nv)
     const double* function_contacts = nullptr;  // (function_contacts, 1 + 3 nv): gap, then rows

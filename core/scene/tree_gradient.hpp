@@ -42,7 +42,7 @@ Spatial<S> turning(const Spatial<S>& t, const Spatial<S>& f) {
     return {cross(t.angular, f.linear), cross(t.angular, f.angular) + cross(t.linear, f.linear)};
 }
 
-// Where two bodies meet: see the conventions of rows in scene.hpp. Both bodies 0 of a joint stop.
+// A pair of frames at a state: see the conventions of rows in scene.hpp. Both bodies 0 of a stop.
 template <typename G>
 struct FramePairState {
     int first = 0, other = 0;
@@ -50,7 +50,7 @@ struct FramePairState {
     Mat3<G> axes;
     bool coincides = true;
     Carrier carrier = Carrier::world;
-    // Of a ball's contact: which of the two it is (1, −1; 0 where none is), its centre, and how
+    // For a ball's contact: which of the two it is (1, −1; 0 where none is), its centre, and how
     // point and normal move with it.
     int ball = 0;
     Vec3<G> centre;
@@ -104,8 +104,8 @@ class TreeGradient {
         }
     }
 
-    // What turns the axes of a meeting, and what moves its point, summed over its forms; and what
-    // turns the axes alone, of vectors that are seen from the world.
+    // The gradient of a pair: torque on its axes and pull on its point, summed over its forms; and
+    // what turns the axes alone, of vectors that are seen from the world.
     struct PairGradient {
         Vec3<S> torque, pull, alone;
     };

@@ -94,7 +94,7 @@ template <typename S>
     i.zz += own.zz + (r.x * (g.z.y + h.z.y) - r.y * (g.z.x + h.z.x));
 }
 
-// What the freeing of a joint about z without armature leaves: all along z is nothing.
+// The articulated inertia behind a free joint about z without armature: all along z is nothing.
 template <typename S>
 struct Turned {
     Sym3<S> linear;
@@ -142,7 +142,7 @@ struct ArticulatedTree {
 
     int count() const { return static_cast<int>(model.bodies.size()); }
 
-    // How bodies stand at q (nq), and their own inertias.
+    // Place bodies at q (nq), with their own inertias.
     void place(const S* q) {
         for (int k = 1; k < count(); ++k) {
             set_stance(model.bodies[k], q, stance[k]);

@@ -19,7 +19,7 @@ std::vector<std::pair<int, int>> units_of(const Model& model) {
 }
 
 void slopes_by_entries(const Model& model, const double* all, const double* slopes, double* to) {
-    // Of a quaternion E = q ⊗ (ω/2, 0), and Eᵀ E = 1/4.
+    // For a quaternion E = q ⊗ (ω/2, 0), and Eᵀ E = 1/4.
     const auto roll = [&](int i, const double* g) {
         const double x = 2.0 * all[i], y = 2.0 * all[i + 1], z = 2.0 * all[i + 2],
                      w = 2.0 * all[i + 3];

@@ -15,7 +15,7 @@ inline void configuration_rate(const Model& model, const double* q, const double
         const Body& body = model.bodies[k];
         const double *own = q + body.q, *u = v + model.slots[body.slot].v;
         double* to = rate + body.q;
-        // Of a unit quaternion p: ṗ = p (ω, 0)/2.
+        // For a unit quaternion p: ṗ = p (ω, 0)/2.
         const auto turn = [](const double* p, const double* w, double* dp) {
             dp[0] = 0.5 * (p[3] * w[0] + p[1] * w[2] - p[2] * w[1]);
             dp[1] = 0.5 * (p[3] * w[1] + p[2] * w[0] - p[0] * w[2]);

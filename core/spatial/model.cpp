@@ -142,7 +142,7 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
             last_v[k] = v;
         }
     }
-    // What follows another ties branches together: M is then dense.
+    // A body that follows another ties branches together: M is then dense.
     if (model.has_followers)
         for (int v = 0; v < nv; ++v) model.parent_v[v] = v - 1;
     return model;

@@ -10,7 +10,7 @@
 
 namespace impulsekit {
 
-// What of q a joint takes and what it does with it; single axes are z of the body.
+// Kinds of joints, the entries of q they take, and their motion; single axes are z of the body.
 enum class Joint {
     angle,        // 1: turns about z
     circle,       // 2: the same by cosine and sine
@@ -44,7 +44,7 @@ struct Body {
     double turn[9] = {};               // from these axes of the body to those of its joint
 
     bool turns_about_z() const { return joint == Joint::angle || joint == Joint::circle; }
-    // Of one number, which what follows another can multiply.
+    // True if the joint has one number, which a joint that follows it can multiply.
     bool is_scalar() const {
         return joint == Joint::angle || joint == Joint::slide || joint == Joint::helix;
     }

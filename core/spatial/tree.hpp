@@ -1,4 +1,4 @@
-// Where bodies stand, how they move, and the mass matrix: for one state or eight side by side.
+// Placements and velocities of bodies, and the mass matrix: for one state or eight side by side.
 //
 // All in world axes, each body about the origin of its own joint: however far away a robot stands,
 // only places of neighbours are subtracted. Formulas: Featherstone, Rigid Body Dynamics Algorithms
@@ -112,8 +112,8 @@ struct Ellipsoid {
     }
 };
 
-// How a body stands to its parent: cosine and sine of γ + θ where it turns about z alone; else a
-// rotation and its origin.
+// The placement of a body in its parent: cosine and sine of γ + θ where it turns about z alone;
+// else a rotation and its origin.
 template <typename S>
 struct Stance {
     S cosine{}, sine{};
