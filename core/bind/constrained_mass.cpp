@@ -67,12 +67,9 @@ nb::tuple respond(const OwnConstrainedMass& own, const Array& points) {
     return nb::make_tuple(array_of(velocity_changes), array_of(unit_multipliers), array_of(W));
 }
 
-}  // namespace
-}  // namespace impulsekit
+constexpr auto kCopy = nb::rv_policy::automatic;
 
-void bind_constrained_mass(nb::module_& module) {
-    using namespace impulsekit;
-    constexpr auto kCopy = nb::rv_policy::automatic;
+void bind_bilateral_rows(nb::module_& module) {
     using Rows = BilateralRows;
     nb::class_<Rows>(module, "BilateralRows", "Half-solved bilateral rows and their rank.")
         .def(
@@ -107,6 +104,14 @@ void bind_constrained_mass(nb::module_& module) {
                 return array_of(left);
             },
             nb::arg("row"), kCopy, "Return a half-solved row less its part in the span.");
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_constrained_mass(nb::module_& module) {
+    using namespace impulsekit;
+    bind_bilateral_rows(module);
     using H = OwnConstrainedMass;
     nb::class_<H>(module, "ConstrainedMass",
                   "M under bilateral rows, factored; vectors row by row.")

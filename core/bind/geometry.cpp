@@ -76,12 +76,7 @@ std::pair<ContactPoint, double> follow_of(const Feature& feature, const Bodies& 
 
 Numbers numbers(const Vec3<double>& a) { return array_of(std::vector<double>{a.x, a.y, a.z}); }
 
-}  // namespace
-}  // namespace impulsekit
-
-void bind_geometry(nanobind::module_& module) {
-    using namespace impulsekit;
-    namespace nb = nanobind;
+void bind_shapes(nb::module_& module) {
     nb::class_<Shape>(module, "Shape", "A convex piece of a body, in the axes of its joint.")
         .def_ro("reach", &Shape::reach)
         .def_ro("radius", &Shape::radius)
@@ -128,6 +123,14 @@ void bind_geometry(nanobind::module_& module) {
         return half_space_shape(three(normal, "normal"), offset, placement_of(at));
     });
     module.def("polytope_shape", &polytope_of);
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_geometry(nanobind::module_& module) {
+    using namespace impulsekit;
+    bind_shapes(module);
     module.def("nearest_points", &nearest_of);
     nb::class_<Feature>(module, "Feature", "The name of a point at which two bodies touch.")
         .def_prop_ro("kind", [](const Feature& f) { return static_cast<int>(f.kind); })

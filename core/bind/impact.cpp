@@ -36,7 +36,9 @@ SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array
 
 void bind_constrained_mass(nb::module_& module);
 
-void bind_impact(nb::module_& module) {
+namespace {
+
+void bind_impact_solution(nb::module_& module) {
     using namespace impulsekit;
     using S = ImpactSolution;
     // Arrays own their copies: nothing refers to the solution.
@@ -76,6 +78,14 @@ void bind_impact(nb::module_& module) {
         .def_ro("momentum_residual", &S::momentum_residual)
         .def_ro("constraint_residual", &S::constraint_residual)
         .def_ro("contact_residual", &S::contact_residual);
+}
+
+}  // namespace
+
+void bind_impact(nb::module_& module) {
+    using namespace impulsekit;
+    constexpr auto kCopy = nb::rv_policy::automatic;
+    bind_impact_solution(module);
     bind_constrained_mass(module);
     nb::class_<SceneImpact>(module, "SceneImpact",
                             "An impact of a scene, with the rows of its state.")

@@ -540,11 +540,7 @@ nb::dict path_of(const Motion& motion) {
     return found;
 }
 
-}  // namespace
-}  // namespace impulsekit
-
-void bind_motion(nb::module_& module) {
-    using namespace impulsekit;
+void bind_motion_scene(nb::module_& module) {
     using Given = GivenMotionScene;
     nb::class_<Given>(module, "MotionScene", "A scene with what acts between impacts.")
         .def(nb::init<const GivenScene&, const ContactLaw&, const Array&, int,
@@ -569,8 +565,11 @@ void bind_motion(nb::module_& module) {
              nb::arg("bias").none(), nb::arg("counts").none(), nb::arg("conditional"))
         .def("set_bodies", &Given::set_bodies, nb::arg("entry"), nb::arg("first"), nb::arg("other"))
         .def("set_pulls", &Given::set_pulls, nb::arg("pulls"));
+}
+
+void bind_forces_of_motion(nb::module_& module) {
     nb::class_<ForcesOfMotion>(module, "ForcesOfMotion", "All forces at a state of a motion.")
-        .def(nb::init<const Given&, double>(), nb::arg("scene"), nb::arg("slow"),
+        .def(nb::init<const GivenMotionScene&, double>(), nb::arg("scene"), nb::arg("slow"),
              nb::keep_alive<1, 2>())
         .def("at", &ForcesOfMotion::at, nb::arg("t"), nb::arg("q"), nb::arg("v"),
              nb::arg("resting_state"))
@@ -582,7 +581,74 @@ void bind_motion(nb::module_& module) {
         .def("gap_row", &ForcesOfMotion::gap_row, nb::arg("gap"), nb::arg("q"), nb::arg("v"))
         .def("spring_energy", &ForcesOfMotion::spring_energy, nb::arg("q"))
         .def("row_velocities", &ForcesOfMotion::row_velocities, nb::arg("q"), nb::arg("v"));
-    nb::class_<Motion>(module, "Motion", "A motion on its way.")
+}
+
+void bind_results(nb::class_<Motion>& motion) {
+    motion
+        .def_prop_ro("impact_times",
+                     [](const Motion& self) {
+                         std::vector<double> times;
+                         for (const MotionImpact& impact : self.impacts) times.push_back(impact.t);
+                         return times;
+                     })
+        .def_ro("t", &Motion::t)
+        .def_ro("detail", &Motion::detail)
+        .def_ro("begun", &Motion::begun)
+        .def_prop_ro("ended", [](const Motion& self) { return static_cast<int>(self.ended); })
+        .def_prop_ro("steps", &Motion::steps)
+        .def_prop_ro("evaluations", [](Motion& self) { return self.dynamics().evaluations; })
+        .def_prop_ro("q", [](const Motion& self) { return array(self.y.data(), self.nq()); })
+        .def_prop_ro("v",
+                     [](const Motion& self) { return array(self.y.data() + self.nq(), self.nv()); })
+        .def_prop_ro("impacts",
+                     [](const Motion& self) {
+                         nb::list found;
+                         for (const MotionImpact& impact : self.impacts)
+                             found.append(impact_of(impact));
+                         return found;
+                     })
+        // For all impacts: times, codes, v before and after, the contacts that touched, impulses.
+        .def_prop_ro(
+            "impact_table",
+            [](const Motion& self) {
+                const std::size_t contacts = self.scene().scene.contacts.size();
+                std::vector<double> times, before, after, contact_gaps, impulses;
+                std::vector<int> codes;
+                for (const MotionImpact& impact : self.impacts) {
+                    times.push_back(impact.t);
+                    codes.push_back(impact.code);
+                    before.insert(before.end(), impact.v.begin(), impact.v.end());
+                    after.insert(after.end(), impact.after.begin(), impact.after.end());
+                    std::vector<double> own(contacts);
+                    for (int entry : impact.entries) own[entry] = 1.0;
+                    contact_gaps.insert(contact_gaps.end(), own.begin(), own.end());
+                    impulses.insert(impulses.end(), impact.impulses.begin(), impact.impulses.end());
+                }
+                return nb::make_tuple(array_of(times), codes, array_of(before), array_of(after),
+                                      array_of(contact_gaps), array_of(impulses));
+            })
+        .def_prop_ro("rests",
+                     [](const Motion& self) {
+                         std::vector<std::tuple<int, double, double>> found;
+                         for (const RestInterval& r : self.rests)
+                             found.emplace_back(r.entry, r.start, r.end);
+                         for (const RestInterval& r : self.resting())
+                             found.emplace_back(r.entry, r.start, r.end);
+                         return found;
+                     })
+        .def_prop_ro("path", &path_of);
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_motion(nb::module_& module) {
+    using namespace impulsekit;
+    using Given = GivenMotionScene;
+    bind_motion_scene(module);
+    bind_forces_of_motion(module);
+    nb::class_<Motion> motion(module, "Motion", "A motion on its way.");
+    motion
         .def(
             "__init__",
             [](Motion* self, const Given& given, const std::string& method, const Array& numbers,
@@ -656,57 +722,6 @@ void bind_motion(nb::module_& module) {
             },
             nb::arg("until"), nb::arg("horizon"))
         .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),
-             nb::arg("every"))
-        .def_prop_ro("impact_times",
-                     [](const Motion& self) {
-                         std::vector<double> times;
-                         for (const MotionImpact& impact : self.impacts) times.push_back(impact.t);
-                         return times;
-                     })
-        .def_ro("t", &Motion::t)
-        .def_ro("detail", &Motion::detail)
-        .def_ro("begun", &Motion::begun)
-        .def_prop_ro("ended", [](const Motion& self) { return static_cast<int>(self.ended); })
-        .def_prop_ro("steps", &Motion::steps)
-        .def_prop_ro("evaluations", [](Motion& self) { return self.dynamics().evaluations; })
-        .def_prop_ro("q", [](const Motion& self) { return array(self.y.data(), self.nq()); })
-        .def_prop_ro("v",
-                     [](const Motion& self) { return array(self.y.data() + self.nq(), self.nv()); })
-        .def_prop_ro("impacts",
-                     [](const Motion& self) {
-                         nb::list found;
-                         for (const MotionImpact& impact : self.impacts)
-                             found.append(impact_of(impact));
-                         return found;
-                     })
-        // For all impacts: times, codes, v before and after, the contacts that touched, impulses.
-        .def_prop_ro(
-            "impact_table",
-            [](const Motion& self) {
-                const std::size_t contacts = self.scene().scene.contacts.size();
-                std::vector<double> times, before, after, contact_gaps, impulses;
-                std::vector<int> codes;
-                for (const MotionImpact& impact : self.impacts) {
-                    times.push_back(impact.t);
-                    codes.push_back(impact.code);
-                    before.insert(before.end(), impact.v.begin(), impact.v.end());
-                    after.insert(after.end(), impact.after.begin(), impact.after.end());
-                    std::vector<double> own(contacts);
-                    for (int entry : impact.entries) own[entry] = 1.0;
-                    contact_gaps.insert(contact_gaps.end(), own.begin(), own.end());
-                    impulses.insert(impulses.end(), impact.impulses.begin(), impact.impulses.end());
-                }
-                return nb::make_tuple(array_of(times), codes, array_of(before), array_of(after),
-                                      array_of(contact_gaps), array_of(impulses));
-            })
-        .def_prop_ro("rests",
-                     [](const Motion& self) {
-                         std::vector<std::tuple<int, double, double>> found;
-                         for (const RestInterval& r : self.rests)
-                             found.emplace_back(r.entry, r.start, r.end);
-                         for (const RestInterval& r : self.resting())
-                             found.emplace_back(r.entry, r.start, r.end);
-                         return found;
-                     })
-        .def_prop_ro("path", &path_of);
+             nb::arg("every"));
+    bind_results(motion);
 }

@@ -252,11 +252,7 @@ std::vector<double> of_points(const StateRows& rows, const double* (*part)(const
     return found;
 }
 
-}  // namespace
-}  // namespace impulsekit
-
-void bind_scene(nb::module_& module) {
-    using namespace impulsekit;
+void bind_state_rows(nb::module_& module) {
     using Point = StateRows::Point;
     nb::class_<StateRows>(module, "StateRows", "The rows of a scene at a state.")
         .def_prop_ro(
@@ -307,6 +303,14 @@ void bind_scene(nb::module_& module) {
             nb::rv_policy::move)
         .def_ro("without_line", &StateRows::without_line)
         .def_ro("without_ellipse", &StateRows::without_ellipse);
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_scene(nb::module_& module) {
+    using namespace impulsekit;
+    bind_state_rows(module);
     nb::class_<GivenScene>(module, "Scene", "The constraints and contacts of a robot.")
         .def(nb::init<const Model&>(), nb::arg("model"))
         .def("add_pair", &add_pair, nb::arg("first"), nb::arg("other"), nb::arg("coincides"),

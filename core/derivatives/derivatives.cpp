@@ -138,35 +138,8 @@ void Derivation::set(const Differentiated& given) {
         return std::find(unique.begin(), unique.end(), 0) == unique.end();
     };
     is_shared_ = !all(s.unique) || !all(s.contact.unique);
-    const int rows = m_ + 3 * n_;
-    response_.resize(rows * nv_);
-    W_.resize(rows * rows);
-    for (int r = 0; r < rows; ++r) {
-        std::copy(row(r), row(r) + nv_, response_.data() + r * nv_);
-        held_->mass().solve(response_.data() + r * nv_);
-        for (int j = 0; j <= r; ++j)
-            W_[r * rows + j] = W_[j * rows + r] = dot(row(j), response_.data() + r * nv_, nv_);
-    }
-    filling_.assign(held_->is_filled() ? m_ * nv_ : 0, 0.0);
-    for (std::size_t r = 0; r * nv_ < filling_.size(); ++r) {
-        std::vector<double> unit(m_, 0.0);
-        unit[r] = 1.0;
-        held_->fill(unit.data(), filling_.data() + r * nv_);
-    }
-    inertias_.resize(scene_.model->bodies.size());
-    for (int k = 1; k < static_cast<int>(inertias_.size()); ++k)
-        inertias_[k] = given.tree->in_world(k, inertia_of<double>(scene_.model->bodies[k]));
-    for (std::size_t i = 0; i < scene_.loads.size() && given.masses; ++i) {
-        const Load& load = scene_.loads[i];
-        Inertia<double>& own = inertias_[load.body];
-        const Inertia<double> more = given.tree->in_world(load.body, inertia_of<double>(load));
-        const double share = given.masses[i] - 1.0;
-        own.mass += share * more.mass;
-        own.moment += more.moment * share;
-        const Sym3<double>& a = more.about;
-        own.about = own.about + Sym3<double>{share * a.xx, share * a.xy, share * a.xz,
-                                             share * a.yy, share * a.yz, share * a.zz};
-    }
+    find_responses();
+    find_inertias();
     held_pairs_.clear();
     for (const Held& held : scene_.held)
         if (held.kind == Held::pair)
@@ -186,6 +159,44 @@ void Derivation::set(const Differentiated& given) {
         tree.move(velocities_[t].data(), twists_[t]);
     for (Stage& stage : stages_) find_wrenches(stage);
     check_rows();
+}
+
+// M⁻¹ Gᵀ and W of all rows, and what fills up a singular M.
+void Derivation::find_responses() {
+    const int rows = m_ + 3 * n_;
+    response_.resize(rows * nv_);
+    W_.resize(rows * rows);
+    for (int r = 0; r < rows; ++r) {
+        std::copy(row(r), row(r) + nv_, response_.data() + r * nv_);
+        held_->mass().solve(response_.data() + r * nv_);
+        for (int j = 0; j <= r; ++j)
+            W_[r * rows + j] = W_[j * rows + r] = dot(row(j), response_.data() + r * nv_, nv_);
+    }
+    filling_.assign(held_->is_filled() ? m_ * nv_ : 0, 0.0);
+    for (std::size_t r = 0; r * nv_ < filling_.size(); ++r) {
+        std::vector<double> unit(m_, 0.0);
+        unit[r] = 1.0;
+        held_->fill(unit.data(), filling_.data() + r * nv_);
+    }
+}
+
+// The inertias of all bodies in the world, with the factors of masses.
+void Derivation::find_inertias() {
+    const Differentiated& given = given_;
+    inertias_.resize(scene_.model->bodies.size());
+    for (int k = 1; k < static_cast<int>(inertias_.size()); ++k)
+        inertias_[k] = given.tree->in_world(k, inertia_of<double>(scene_.model->bodies[k]));
+    for (std::size_t i = 0; i < scene_.loads.size() && given.masses; ++i) {
+        const Load& load = scene_.loads[i];
+        Inertia<double>& own = inertias_[load.body];
+        const Inertia<double> more = given.tree->in_world(load.body, inertia_of<double>(load));
+        const double share = given.masses[i] - 1.0;
+        own.mass += share * more.mass;
+        own.moment += more.moment * share;
+        const Sym3<double>& a = more.about;
+        own.about = own.about + Sym3<double>{share * a.xx, share * a.xy, share * a.xz,
+                                             share * a.yy, share * a.yz, share * a.zz};
+    }
 }
 
 bool Derivation::is_stop(int i) const {
@@ -309,10 +320,8 @@ void Derivation::follow_hits(bool along_path) {
 
 // The hits in order and their impulses, and where the order is on an edge.
 bool Derivation::find_hits(std::vector<int>& order, std::vector<double>& shares) {
-    const Law& law = law_.law;
     const ImpactProblem& p = *given_.problem;
     const int rows = 3 * n_;
-    const double small = kEdge * scale_;
     ContactProblem contact = p.contact;
     contact.models = nullptr;
     std::vector<double> before(rows), free(rows);
@@ -323,49 +332,63 @@ bool Derivation::find_hits(std::vector<int>& order, std::vector<double>& shares)
     contact.W = free_W_.data();
     contact.before = before.data();
     contact.free = free.data();
+    return law_.law.order == Order::sequential ? find_hits_in_turn(contact, order, shares)
+                                               : find_hits_at_once(contact, order, shares);
+}
+
+bool Derivation::find_hits_in_turn(const ContactProblem& contact, std::vector<int>& order,
+                                   std::vector<double>& shares) {
+    const Law& law = law_.law;
+    const int rows = 3 * n_;
+    const double small = kEdge * scale_;
     const auto weight = [&](int i) { return free_W_[(3 * i + 2) * (rows + 1)]; };
-    if (law.order == Order::sequential) {
-        std::vector<Hit> hits;
-        solve_sequence(contact, law, &hits);
-        if (hits.size() > kMostHits) {
-            unavailable = Unavailable::too_many_hits;
-            return false;
-        }
-        std::vector<double> now = free;
-        std::vector<char> at_rest(n_, 0);
-        for (const Hit& hit : hits) {
-            const int i = hit.contact;
-            const double own = now[3 * i + 2];
-            std::vector<double> next = now;
-            for (int r = 0; r < rows; ++r)
-                next[r] += dot(free_W_.data() + r * rows + 3 * i, hit.impulse, 3);
-            for (int j = 0; j < n_; ++j) {
-                const double normal = now[3 * j + 2];
-                // The order is that of |u_n|/√W_nn; what no impulse moves comes first.
-                const double as_fast =
-                    own * std::sqrt(weight(j) / (weight(i) != 0.0 ? weight(i) : 1.0));
-                if (j != i && std::abs(normal - as_fast) <= small) edge(kJustAsFast, i, j);
-                at_rest[j] = at_rest[j] && std::abs(next[3 * j + 2] - normal) <= kUnmoved * scale_;
-            }
-            at_rest[i] = own_[i].e == 0.0;
-            now = next;
-            order.push_back(i);
-            shares.insert(shares.end(), hit.impulse, hit.impulse + 3);
-        }
-        // The rest of a series without end was summed up, not followed.
-        const std::vector<double>& P = given_.solution->contact.impulse;
-        std::vector<double> left(P.begin(), P.begin() + rows);
-        for (std::size_t h = 0; h < order.size(); ++h)
-            for (int k = 0; k < 3; ++k) left[3 * order[h] + k] -= shares[3 * h + k];
-        if (largest(left.data(), rows) > kSummedUp * largest(P.data(), rows)) {
-            unavailable = Unavailable::too_many_hits;
-            return false;
-        }
-        for (int j = 0; j < n_; ++j)
-            if (std::abs(now[3 * j + 2]) <= small && !at_rest[j]) edge(kHardlyParts, j);
-        return true;
+    std::vector<Hit> hits;
+    solve_sequence(contact, law, &hits);
+    if (hits.size() > kMostHits) {
+        unavailable = Unavailable::too_many_hits;
+        return false;
     }
-    // The contacts that act, which do not act on each other, and others that nearly do.
+    std::vector<double> now(contact.free, contact.free + rows);
+    std::vector<char> at_rest(n_, 0);
+    for (const Hit& hit : hits) {
+        const int i = hit.contact;
+        const double own = now[3 * i + 2];
+        std::vector<double> next = now;
+        for (int r = 0; r < rows; ++r)
+            next[r] += dot(free_W_.data() + r * rows + 3 * i, hit.impulse, 3);
+        for (int j = 0; j < n_; ++j) {
+            const double normal = now[3 * j + 2];
+            // The order is that of |u_n|/√W_nn; what no impulse moves comes first.
+            const double as_fast =
+                own * std::sqrt(weight(j) / (weight(i) != 0.0 ? weight(i) : 1.0));
+            if (j != i && std::abs(normal - as_fast) <= small) edge(kJustAsFast, i, j);
+            at_rest[j] = at_rest[j] && std::abs(next[3 * j + 2] - normal) <= kUnmoved * scale_;
+        }
+        at_rest[i] = own_[i].e == 0.0;
+        now = next;
+        order.push_back(i);
+        shares.insert(shares.end(), hit.impulse, hit.impulse + 3);
+    }
+    // The rest of a series without end was summed up, not followed.
+    const std::vector<double>& P = given_.solution->contact.impulse;
+    std::vector<double> left(P.begin(), P.begin() + rows);
+    for (std::size_t h = 0; h < order.size(); ++h)
+        for (int k = 0; k < 3; ++k) left[3 * order[h] + k] -= shares[3 * h + k];
+    if (largest(left.data(), rows) > kSummedUp * largest(P.data(), rows)) {
+        unavailable = Unavailable::too_many_hits;
+        return false;
+    }
+    for (int j = 0; j < n_; ++j)
+        if (std::abs(now[3 * j + 2]) <= small && !at_rest[j]) edge(kHardlyParts, j);
+    return true;
+}
+
+// The contacts that act, which do not act on each other, and others that nearly do.
+bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<int>& order,
+                                   std::vector<double>& shares) {
+    const Law& law = law_.law;
+    const int rows = 3 * n_;
+    const double small = kEdge * scale_, *before = contact.before, *free = contact.free;
     const std::vector<double>& P = given_.solution->contact.impulse;
     for (int j = 0; j < n_; ++j) {
         const double shift = law.restitution == Restitution::newton

@@ -111,7 +111,13 @@ class Derivation {
     void drop_rows(Stage& stage);
     void compress();
     void follow_hits(bool along_path);
+    void find_responses();
+    void find_inertias();
     bool find_hits(std::vector<int>& order, std::vector<double>& shares);
+    bool find_hits_in_turn(const ContactProblem& contact, std::vector<int>& order,
+                           std::vector<double>& shares);
+    bool find_hits_at_once(const ContactProblem& contact, std::vector<int>& order,
+                           std::vector<double>& shares);
     void follow_hit(int point, const double* share, int& now, bool along_path);
     void check_rows();
     void find_wrenches(Stage& stage) const;

@@ -25,7 +25,13 @@ BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vecto
     for (int i = 0; i < m; ++i)
         for (int k = 0; k < nv; ++k)
             rows[i * nv + k] = length_[i] > 0.0 ? half[i * nv + k] / length_[i] : 0.0;
-    // Gram-Schmidt with pivoting, each new vector orthogonalized twice.
+    orthogonalize(rows);
+    if (rank_ < m) find_shares();
+}
+
+// Gram-Schmidt with pivoting of rows of unit length, each new vector orthogonalized twice.
+void BilateralRows::orthogonalize(std::vector<double>& rows) {
+    const int m = m_, nv = nv_;
     upper_.assign(m * m, 0.0);
     auto take_out = [&](int of, int row) {
         const double* unit = basis_.data() + of * nv;
@@ -63,9 +69,11 @@ BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vecto
         rank_ = k + 1;
         for (int i = k + 1; i < m; ++i) upper_[k * m + i] = take_out(k, order_[i]);
     }
-    if (rank_ == m) return;
-    // Dependent rows as shares of the independent ones: S = (R₁⁻¹ R₂)ᵀ.
-    const int count = m - rank_;
+}
+
+// Dependent rows as shares of the independent ones: S = (R₁⁻¹ R₂)ᵀ.
+void BilateralRows::find_shares() {
+    const int m = m_, count = m - rank_;
     shares_.assign(count * rank_, 0.0);
     for (int c = 0; c < count; ++c)
         for (int i = rank_ - 1; i >= 0; --i) {

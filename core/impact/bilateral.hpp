@@ -36,6 +36,8 @@ class BilateralRows {
     double rounding_of_span() const;
 
   private:
+    void orthogonalize(std::vector<double>& rows);
+    void find_shares();
     // z ← (1 + S Sᵀ)⁻¹ z
     void solve_gram(double* z) const;
 

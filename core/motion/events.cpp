@@ -341,80 +341,84 @@ Motion::Event Motion::first_event(const Step& step) {
     return event;
 }
 
-// Deal with what ends the step at y; false where the motion cannot go on.
-bool Motion::happen(const Event& event, const Step&) {
+// Slip that has stopped at y keeps still, unless the law of rest lets it go.
+void Motion::stop_slips() {
+    std::vector<double> J(3 * nv()), turning(3 * nv());
+    const double* v = y.data() + nq();
+    const auto along = [&](const double* row) {
+        double sum = 0.0;
+        for (int i = 0; i < nv(); ++i) sum += row[i] * v[i];
+        return sum;
+    };
+    double fastest = 1.0;
+    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
+    const double none = 1e-9 * fastest;
+    for (RestingContact& point : rest_.points) {
+        const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v, J.data(),
+                                    turns ? turning.data() : nullptr, nullptr, nullptr);
+        const auto stop = [&](SlipState& slip_state, const double* row, int size) {
+            if (!slip_state.moves || slip_state.begins()) return;
+            const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
+                         speed = std::hypot(a, b);
+            if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
+            // Slip that has turned away goes on.
+            slip_state = speed > std::max(none, dynamics_.slow)
+                             ? SlipState{true, {a / speed, b / speed}}
+                             : SlipState();
+        };
+        stop(point.slip, J.data(), 2);
+        stop(point.roll, turning.data(), 2);
+        stop(point.spin, turning.data() + 2 * nv(), 1);
+    }
+    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+        if (rest_.dry[j] * v[scene_->dry[j].v] <= none) rest_.dry[j] = 0;
+}
+
+// The gaps that close at y together with that of an event; passing contacts begin or end.
+std::vector<int> Motion::gaps_that_close(const Event& event) {
+    std::vector<int> closing;
+    const auto& gaps = dynamics_.contact_gaps.gaps();
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+        bool rests = false;
+        for (const RestingContact& point : rest_.points)
+            rests = rests || point.gap == static_cast<int>(i);
+        if (rests) continue;
+        const GapState now =
+            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+        const double sign = passing_[i] ? -1.0 : 1.0;
+        const bool closes = static_cast<int>(i) == event.gap ||
+                            (sign * now.rate < 0.0 &&
+                             sign * (now.gap - base_[i]) <= -sign * now.rate * settings_.together);
+        if (!closes) continue;
+        if (passing_[i]) {
+            passing_[i] = 0;
+            base_[i] = 0.0;
+        } else if (dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
+            closing.push_back(static_cast<int>(i));
+        } else {
+            passing_[i] = 1;
+            base_[i] = 0.0;
+        }
+    }
+    return closing;
+}
+
+// Deal with the event that ends a step at y; false where the motion cannot go on.
+bool Motion::handle(const Event& event) {
     dynamics_.set_state(y.data(), y.data() + nq());
     if (event.kind == Event::cut) return update_rest();
     if (event.kind == Event::change) {
         if (!dynamics_.kinks.empty())
             dynamics_.kinks.change(dynamics_.tree, y.data(), y.data() + nq());
-        // Slip that has stopped keeps still, unless the law of rest lets it go.
-        std::vector<double> J(3 * nv()), turning(3 * nv());
-        const double* v = y.data() + nq();
-        const auto along = [&](const double* row) {
-            double sum = 0.0;
-            for (int i = 0; i < nv(); ++i) sum += row[i] * v[i];
-            return sum;
-        };
-        double fastest = 1.0;
-        for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-        const double none = 1e-9 * fastest;
-        for (RestingContact& point : rest_.points) {
-            const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
-            dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v, J.data(),
-                                        turns ? turning.data() : nullptr, nullptr, nullptr);
-            const auto stop = [&](SlipState& slip_state, const double* row, int size) {
-                if (!slip_state.moves || slip_state.begins()) return;
-                const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
-                             speed = std::hypot(a, b);
-                if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
-                // Slip that has turned away goes on.
-                slip_state = speed > std::max(none, dynamics_.slow)
-                                 ? SlipState{true, {a / speed, b / speed}}
-                                 : SlipState();
-            };
-            stop(point.slip, J.data(), 2);
-            stop(point.roll, turning.data(), 2);
-            stop(point.spin, turning.data() + 2 * nv(), 1);
-        }
-        for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-            if (rest_.dry[j] * v[scene_->dry[j].v] <= none) rest_.dry[j] = 0;
+        stop_slips();
         return update_rest();
     }
-    std::vector<int> closing;
-    const auto& gaps = dynamics_.contact_gaps.gaps();
-    if (event.kind == Event::elsewhere) {
-        closing.push_back(event.gap);
-    } else {
-        for (std::size_t i = 0; i < gaps.size(); ++i) {
-            bool rests = false;
-            for (const RestingContact& point : rest_.points)
-                rests = rests || point.gap == static_cast<int>(i);
-            if (rests) continue;
-            const GapState now =
-                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
-            const double sign = passing_[i] ? -1.0 : 1.0;
-            const bool closes =
-                static_cast<int>(i) == event.gap ||
-                (sign * now.rate < 0.0 &&
-                 sign * (now.gap - base_[i]) <= -sign * now.rate * settings_.together);
-            if (!closes) continue;
-            if (passing_[i]) {
-                passing_[i] = 0;
-                base_[i] = 0.0;
-            } else if (dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
-                closing.push_back(static_cast<int>(i));
-            } else {
-                passing_[i] = 1;
-                base_[i] = 0.0;
-            }
-        }
-        if (closing.empty()) {
-            restart();
-            return ended == Ended::not_yet;
-        }
-    }
-    return close_gaps(closing);
+    if (event.kind == Event::elsewhere) return close_gaps({event.gap});
+    const std::vector<int> closing = gaps_that_close(event);
+    if (!closing.empty()) return close_gaps(closing);
+    restart();
+    return ended == Ended::not_yet;
 }
 
 }  // namespace impulsekit

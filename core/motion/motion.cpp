@@ -308,7 +308,7 @@ bool Motion::advance(double until) {
         t = step.end;
         keep(step);
         smooth_since_ = t;
-        if (!happen(event, step)) return ended == Ended::not_yet && fail();
+        if (!handle(event)) return ended == Ended::not_yet && fail();
     } else {
         // Points that were let go of within trials of the step are looked at again.
         keep(step);

@@ -150,7 +150,9 @@ class Motion {
     void margins(const Step& step, double at, std::vector<double>& found);
     void write_tears(double at, const double* q, const double* v, std::vector<double>& found);
     double first_change(const Step& step, double until);
-    bool happen(const Event& event, const Step& step);
+    bool handle(const Event& event);
+    void stop_slips();
+    std::vector<int> gaps_that_close(const Event& event);
 
     // Impacts.
     bool close_gaps(const std::vector<int>& closing);
@@ -172,6 +174,8 @@ class Motion {
     bool find_slip_states(double no_slip);
     bool update_rest(bool is_known = false);
     bool correct_drift(bool all_normals);
+    bool correct_places(bool all_normals);
+    bool correct_velocities(bool all_normals);
     bool update_slip_states();
     void release_contacts();
     void rebase();

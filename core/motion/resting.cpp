@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "linalg/arena.hpp"
+#include "linalg/dense.hpp"
 #include "motion/motion.hpp"
 #include "spatial/configuration.hpp"
 
@@ -317,6 +318,12 @@ bool Motion::update_rest(bool is_known) {
 // Bring constraints, and resting points where they push (or all their normals), back to where they
 // belong, by as little as can be in the metric of M; whether anything moved.
 bool Motion::correct_drift(bool all_normals) {
+    const bool in_places = correct_places(all_normals);
+    return correct_velocities(all_normals) || in_places;
+}
+
+// The same of places alone, by Newton's method.
+bool Motion::correct_places(bool all_normals) {
     bool corrected = false;
     std::vector<double> off, rows, change, dq(nv()), shift(nq()), J;
     std::vector<int> of_rows, turning;
@@ -324,11 +331,6 @@ bool Motion::correct_drift(bool all_normals) {
     const auto add_row = [&](const double* row, double by) {
         rows.insert(rows.end(), row, row + nv());
         change.push_back(by);
-    };
-    const auto largest_of = [](const std::vector<double>& x) {
-        double most = 0.0;
-        for (double own : x) most = std::max(most, std::abs(own));
-        return most;
     };
     for (int step = 0; step < kMostSteps; ++step) {
         dynamics_.set_state(y.data(), y.data() + nq());
@@ -345,7 +347,7 @@ bool Motion::correct_drift(bool all_normals) {
                 add_row(J.data() + (3 * i + 2) * nv(),
                         -dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(),
                                                        nullptr));
-        if (!(largest_of(change) > kNoDrift)) break;
+        if (!(largest(change.data(), static_cast<int>(change.size())) > kNoDrift)) break;
         if (!dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
                                            change.data(), dq.data()))
             break;
@@ -354,9 +356,20 @@ bool Motion::correct_drift(bool all_normals) {
         normalize_configuration(*scene_->scene.model, y.data());
         corrected = true;
     }
+    return corrected;
+}
+
+// The same of velocities alone.
+bool Motion::correct_velocities(bool all_normals) {
+    std::vector<double> rows, change, dv(nv()), J;
+    std::vector<int> turning;
+    const int m = dynamics_.constraints.rows();
+    const auto add_row = [&](const double* row, double by) {
+        rows.insert(rows.end(), row, row + nv());
+        change.push_back(by);
+    };
     dynamics_.set_state(y.data(), y.data() + nq());
     double* v = y.data() + nq();
-    rows.clear(), change.clear();
     if (m > 0) {
         std::vector<double> speed(m), rate(m);
         dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
@@ -396,13 +409,13 @@ bool Motion::correct_drift(bool all_normals) {
                 row[scene_->dry[j].v] = 1.0;
                 add_row(row.data(), -v[scene_->dry[j].v]);
             }
-    if (largest_of(change) > kNoDrift &&
+    if (largest(change.data(), static_cast<int>(change.size())) > kNoDrift &&
         dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
-                                      dq.data())) {
-        for (int i = 0; i < nv(); ++i) v[i] += dq[i];
-        corrected = true;
+                                      dv.data())) {
+        for (int i = 0; i < nv(); ++i) v[i] += dv[i];
+        return true;
     }
-    return corrected;
+    return false;
 }
 
 // Gaps that are closed, or overlap by rounding, count as zero.
