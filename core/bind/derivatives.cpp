@@ -75,7 +75,7 @@ bool choose_points(const Scene& scene, const StateRows& all, const std::vector<i
 // dv, λ, whether each λ is determined, P, and whether each P is.
 using Found = std::tuple<Array, Array, Array, Array, Array>;
 
-void take_solution(const Found& found, int nv, int m, int n, ImpactSolution& s) {
+void copy_solution(const Found& found, int nv, int m, int n, ImpactSolution& s) {
     const auto& [dv, multipliers, unique, impulse, contact_unique] = found;
     const auto numbers = [](const Array& a, int size, const char* name) {
         const double* data = data_of(a, size, name);
@@ -107,7 +107,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     const double* p = data_of(impulses, count, "impulses");
     own->v.assign(speeds, speeds + nv);
     own->numbers.assign(p, p + count);
-    take_solution(found, nv, scene.rows(), n, own->solution);
+    copy_solution(found, nv, scene.rows(), n, own->solution);
     for (int entry : entries)
         if (entry < 0 || entry >= static_cast<int>(scene.contacts.size()))
             throw nb::value_error("entries: expected numbers of the scene's contacts");

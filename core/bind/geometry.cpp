@@ -56,8 +56,8 @@ Numbers nearest_of(const Shape& a, const Array& pa, const Shape& b, const Array&
 
 using Bodies = std::vector<Shape>;
 
-std::vector<ContactPoint> touching_of(const Bodies& first, const Array& pa, const Bodies& other,
-                                      const Array& pb, double margin) {
+std::vector<ContactPoint> contact_points_of(const Bodies& first, const Array& pa,
+                                            const Bodies& other, const Array& pb, double margin) {
     std::vector<ContactPoint> found;
     contact_points(first, placement_of(pa), other, placement_of(pb), margin, found);
     return found;
@@ -151,6 +151,6 @@ void bind_geometry(nanobind::module_& module) {
         return array_of(
             std::vector<double>{a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z});
     });
-    module.def("contact_points", &touching_of);
+    module.def("contact_points", &contact_points_of);
     module.def("follow", &follow_of);
 }

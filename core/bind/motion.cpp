@@ -518,7 +518,7 @@ nb::tuple numbers_of(const RestingState& rest) {
 }
 
 // The path as arrays: start, end, begin, length (pieces, 4), y at the beginning, coefficients, and
-// which footing each has.
+// which resting state each has.
 nb::dict path_of(const Motion& motion) {
     std::vector<double> times, before, shape;
     std::vector<int> resting;

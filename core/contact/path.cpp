@@ -213,7 +213,7 @@ class Path {
     // All that the parameters make of u_t comes to rest where slip is about to end: across the slip
     // it may shrink more slowly than the slip itself. W_tt ∂P_t + W_tn ∂p = −∂u_t with
     // s·∂P_t = −µ ∂p brings the rest.
-    void come_to_rest() {
+    void stop_slip() {
         const double speed = length(u1_, u2_);
         if (speed == 0.0) return;
         const double s1 = value_of(u1_) / speed, s2 = value_of(u2_) / speed, mu = value_of(mu_);
@@ -441,7 +441,7 @@ class Path {
         for (int count = 0; count < kSteps; ++count) {
             S r = length_of(u1_, u2_);
             if (r <= 1e-14 * first) {
-                if constexpr (is_derived) come_to_rest();
+                if constexpr (is_derived) stop_slip();
                 u1_ = u2_ = S{};
                 return false;
             }

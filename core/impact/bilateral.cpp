@@ -33,7 +33,7 @@ BilateralRows::BilateralRows(const double* half, int m, int nv, const int* vecto
 void BilateralRows::orthogonalize(std::vector<double>& rows) {
     const int m = m_, nv = nv_;
     upper_.assign(m * m, 0.0);
-    auto take_out = [&](int of, int row) {
+    auto subtract_projection = [&](int of, int row) {
         const double* unit = basis_.data() + of * nv;
         double* x = rows.data() + row * nv;
         double along = dot(unit, x, nv);
@@ -59,7 +59,7 @@ void BilateralRows::orthogonalize(std::vector<double>& rows) {
         }
         std::swap(order_[k], order_[best]);
         for (int j = 0; j < k; ++j) std::swap(upper_[j * m + k], upper_[j * m + best]);
-        for (int j = 0; j < k; ++j) upper_[j * m + k] += take_out(j, order_[k]);
+        for (int j = 0; j < k; ++j) upper_[j * m + k] += subtract_projection(j, order_[k]);
         double* x = rows.data() + order_[k] * nv;
         length = std::sqrt(dot(x, x, nv));
         upper_[k * m + k] = length;
@@ -67,7 +67,7 @@ void BilateralRows::orthogonalize(std::vector<double>& rows) {
         for (int j = 0; j < nv; ++j) x[j] /= length;
         basis_.insert(basis_.end(), x, x + nv);
         rank_ = k + 1;
-        for (int i = k + 1; i < m; ++i) upper_[k * m + i] = take_out(k, order_[i]);
+        for (int i = k + 1; i < m; ++i) upper_[k * m + i] = subtract_projection(k, order_[i]);
     }
 }
 

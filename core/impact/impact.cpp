@@ -53,7 +53,7 @@ class Impact {
             for (int j = 0; j <= i; ++j) M_[i * nv_ + j] = M_[j * nv_ + i] = p_.M[i * nv_ + j];
         for (int r = 0; r < rows_; ++r) s_.before[r] = dot(p_.J + r * nv_, p_.v, nv_);
         leave_untouched();
-        if (!factor_mass() || !apply_constraints() || !touch()) return;
+        if (!factor_mass() || !apply_constraints() || !apply_contacts()) return;
         finish();
     }
 
@@ -63,14 +63,14 @@ class Impact {
         int* tree = scratch().allocate_int(nv_);
         int* touched = scratch().allocate_int(nv_);
         for (int k = 0; k < nv_; ++k) tree[k] = p_.parent[k] < 0 ? k : tree[p_.parent[k]];
-        auto touch = [&](const double* rows, int count) {
+        auto mark = [&](const double* rows, int count) {
             for (int r = 0; r < count; ++r)
                 for (int k = 0; k < nv_; ++k)
                     if (rows[r * nv_ + k] != 0.0) touched[tree[k]] = 1;
         };
-        touch(p_.A, m_);
-        touch(p_.J, rows_);
-        if (p_.impulse) touch(p_.impulse, 1);
+        mark(p_.A, m_);
+        mark(p_.J, rows_);
+        if (p_.impulse) mark(p_.impulse, 1);
         for (int i = 0; i < nv_; ++i) {
             if (touched[tree[i]]) continue;
             std::fill(M_ + i * nv_, M_ + (i + 1) * nv_, 0.0);
@@ -149,7 +149,7 @@ class Impact {
     }
 
     // P of the contacts in the system that is left when the bilateral rows are eliminated.
-    bool touch() {
+    bool apply_contacts() {
         double* change = scratch().allocate(nv_);
         if (rows_ == 0) {
             std::copy(start_, start_ + nv_, s_.dv.data());

@@ -22,7 +22,7 @@ constexpr std::size_t kMostBack = 100;
 // longest step; from how many times as long it is learnt.
 constexpr double kReach = 1.5, kLeastReach = 1e-2, kFitted = 4.0;
 // Behind, velocities may be off by this part of the largest; accelerations of the polynomial are
-// told from values of it this part of the leap apart.
+// told from values of it this part of the jump apart.
 constexpr double kOff = 1e-6, kApart = 1e-3;
 constexpr int kNodes = 8;
 constexpr double kPi = 3.14159265358979323846;
@@ -85,7 +85,7 @@ Step Motion::extrapolation(double start, double length) const {
     return step;
 }
 
-// By which part of the terms in them velocities, places and accelerations are off behind a leap.
+// The relative error of velocities, places and accelerations behind a jump.
 double Motion::error_behind(const Step& jump) {
     const int m = dynamics_.constraints.rows();
     const double length = jump.end - jump.start, apart = kApart * length;

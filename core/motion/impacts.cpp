@@ -10,10 +10,10 @@ namespace impulsekit {
 namespace {
 
 // Bodies touch at points so near [m]; where they are told less well, at the nearest of these.
-constexpr double kTouching[] = {1e-8, 1e-7, 1e-6, 1e-5};
+constexpr double kContactMargins[] = {1e-8, 1e-7, 1e-6, 1e-5};
 // Distances waver by so much where bodies have just parted [m].
 constexpr double kWaver = 1e-10;
-// So many meetings below the capture speed, none later than this [s] after the one before, are
+// So many impacts below the capture speed, none later than this [s] after the one before, are
 // chatter: two ends of an edge that rests lift each other in turn, by ever the same speed.
 constexpr int kChatter = 8;
 constexpr double kQuick = 1e-3;
@@ -39,7 +39,7 @@ std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps)
     std::vector<RestingContact> found = rest_.points;
     for (int gap : gaps) {
         std::vector<RestingContact> own;
-        for (double margin : kTouching) {
+        for (double margin : kContactMargins) {
             dynamics_.contact_gaps.find_points(dynamics_.tree, gap, margin, own);
             if (!own.empty()) break;
         }
@@ -184,7 +184,7 @@ MotionImpact Motion::impact_of(const std::vector<RestingContact>& points) const 
     return impact;
 }
 
-// Counts meetings below the capture speed in quick succession.
+// Counts impacts below the capture speed in quick succession.
 void Motion::count_soft_impact(int gap, bool soft) {
     auto& [count, last] = soft_[gap];
     count = !soft ? 0 : t - last <= kQuick ? count + 1 : 1;

@@ -84,8 +84,8 @@ inline bool set_feature_contact(const Contact& contact, const Feature& feature,
     return true;
 }
 
-// The meetings of the points of one lane; false, and which contact it is, where one does not move
-// in closed form.
+// The frame pairs of the points of one lane; false, and which contact it is, where one does not
+// move in closed form.
 template <typename S>
 bool find_frame_pair_states(const Rows<S>& rows, const Tree<double>& tree, int lane,
                             const StateRows& points, std::vector<FramePairState<double>>& found,

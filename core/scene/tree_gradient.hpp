@@ -110,7 +110,7 @@ class TreeGradient {
         Vec3<S> torque, pull, alone;
     };
 
-    // The form f·u + m·ω of a meeting with twists of its bodies; f, m (world axes, at the point) is
+    // The form f·u + m·ω of a pair with twists of its bodies; f, m (world axes, at the point) is
     // the wrench on the first body, which the caller adds to those that meet the twists.
     template <typename T>
     void add_form(const FramePairState<G>& m, const Spatial<S>& force,
@@ -133,7 +133,7 @@ class TreeGradient {
         add(m.other, m.other_place, other);
     }
 
-    // Hand on what turns and moves a meeting to the bodies that carry it.
+    // Add the torque and pull of a pair to the bodies that carry it.
     void distribute(const FramePairState<G>& m, const PairGradient& pair) {
         const Vec3<S> torque = pair.torque + pair.alone, along = cross(torque, lift<S>(m.axes.z));
         if (m.ball != 0) {
@@ -155,7 +155,7 @@ class TreeGradient {
         if (m.carrier == Carrier::other) local_[m.other].angular += torque;
     }
 
-    // Relative velocity and angular velocity of a meeting.
+    // Relative velocity and angular velocity of a pair.
     Spatial<S> relative_twist(const FramePairState<G>& m, const Twists& twist) const {
         const Spatial<S>&a = twist[m.first], &b = twist[m.other];
         return {at(a, m.first, m.place) - at(b, m.other, m.other_place), a.angular - b.angular};

@@ -115,7 +115,7 @@ template <typename S>
             s * t + c * u};
 }
 
-// U = A s and 1/D of a slot, and u, the impulse along it that is not borne yet.
+// U = A s and 1/D of a slot, and u, the impulse along it that the joint has not yet answered.
 template <typename S>
 struct Freed {
     Spatial<S> u;
