@@ -86,9 +86,9 @@ class Block {
         count_ = std::min(kLanes, b_.in.size - first_);
         read();
         if (by_articulated_)
-            strike_freely();
+            respond_freely();
         else
-            strike_rows();
+            respond_by_rows();
         write();
         if (needs_loads_) load();
         if (b_.out.existence && by_articulated_) differentiate_freely();
@@ -164,7 +164,7 @@ class Block {
     }
 
     // Known impulses on a tree without rows.
-    void strike_freely() {
+    void respond_freely() {
         auto& a = articulated_;
         a.place(q_.data());
         for (int k = 1; k < a.count() && !scene_.loads.empty(); ++k)
@@ -206,7 +206,7 @@ class Block {
         }
     }
 
-    void strike_rows() {
+    void respond_by_rows() {
         tree_.place(q_.data());
         for (int k = 1; k < tree_.count(); ++k)
             tree_.gathered[k] = tree_.in_world(k, inertia_at(k));

@@ -130,8 +130,7 @@ double* output_of(const nb::dict& outputs, const char* name, std::size_t size) {
 }
 
 // Results and parameters to differentiate, and the outputs for slopes and their existence.
-void take_slopes(const GivenScene& self, const Given& given, const nb::dict& outputs,
-                 Batch& batch) {
+void set_slopes(const GivenScene& self, const Given& given, const nb::dict& outputs, Batch& batch) {
     const Scene& scene = self.scene;
     const int results = self.model.nv + scene.rows() + 3 * static_cast<int>(scene.contacts.size());
     BatchInput& in = batch.in;
@@ -214,7 +213,7 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
     out.constraint_impulses = output_of(outputs, "constraint_impulses", B * scene.rows());
     out.reactions = output_of(outputs, "reactions", B * joints.size() * 6);
     out.bodies = output_of(outputs, "bodies", B * links.size() * 6);
-    if (outputs.contains("slopes")) take_slopes(self, given, outputs, batch);
+    if (outputs.contains("slopes")) set_slopes(self, given, outputs, batch);
     const LaneFunctions& functions = lanes();
     const InUse in_use(self);
     const nb::gil_scoped_release release;

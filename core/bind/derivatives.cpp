@@ -92,6 +92,45 @@ void copy_solution(const Found& found, int nv, int m, int n, ImpactSolution& s) 
     s.contact.unique = flags(contact_unique, n, "contact_unique");
 }
 
+// Fill rows, and choose the points of an impact among them; false where they are not there.
+bool find_points(const std::vector<int>& entries, const double* points, const double* at,
+                 OwnDerivation& own, Rows<double>& rows) {
+    const Scene& scene = rows.scene;
+    const int nv = scene.model->nv;
+    StateRows all;
+    std::vector<double> function_rows(scene.function_rows * nv),
+        function_contacts(scene.function_contacts * (1 + 3 * nv));
+    GivenState given;
+    given.function_rows = function_rows.data();
+    given.function_contacts = function_contacts.data();
+    std::vector<char> only(scene.contacts.size(), 0);
+    for (int entry : entries) only[entry] = 1;
+    std::vector<int> chosen;
+    // In a motion some of the contacts take part, whatever their gaps.
+    for (const char* part :
+         {static_cast<const char*>(nullptr), static_cast<const char*>(only.data())}) {
+        given.only = part;
+        rows.fill(own.tree, at, own.v.data(), &given);
+        rows.extract(own.tree, 0, all);
+        chosen.clear();
+        if (all.points.size() >= entries.size() &&
+            choose_points(scene, all, entries, points, own, chosen))
+            return true;
+    }
+    return false;
+}
+
+// The known impulses of an impact in generalized coordinates.
+void set_impulse(const Scene& scene, OwnDerivation& own) {
+    if (own.numbers.empty()) return;
+    own.impulse.resize(scene.model->nv);
+    add_blow_wrenches(scene, own.numbers.data(), own.tree);
+    own.tree.gather(own.impulse.data());
+    for (std::size_t i = 0; i < scene.kicks.size(); ++i)
+        own.impulse[scene.kicks[i]] += own.numbers[6 * scene.blows.size() + i];
+    own.problem.impulse = own.impulse.data();
+}
+
 OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array& q, const Array& v,
                       const Array& impulses, const std::vector<int>& entries, const Array& places,
                       const Found& found, int inertia_of) {
@@ -117,27 +156,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     own->M.resize(nv * nv);
     own->tree.mass_matrix(own->M.data());
     Rows<double> rows(scene);
-    StateRows all;
-    std::vector<double> function_rows(scene.function_rows * nv),
-        function_contacts(scene.function_contacts * (1 + 3 * nv));
-    GivenState given;
-    given.function_rows = function_rows.data();
-    given.function_contacts = function_contacts.data();
-    std::vector<char> only(scene.contacts.size(), 0);
-    for (int entry : entries) only[entry] = 1;
-    std::vector<int> chosen;
-    bool is_there = false;
-    // In a motion some of the contacts take part, whatever their gaps.
-    for (const char* part :
-         {static_cast<const char*>(nullptr), static_cast<const char*>(only.data())}) {
-        given.only = part;
-        rows.fill(own->tree, at, speeds, &given);
-        rows.extract(own->tree, 0, all);
-        chosen.clear();
-        is_there = all.points.size() >= entries.size() &&
-                   choose_points(scene, all, entries, points, *own, chosen);
-        if (is_there) break;
-    }
+    const bool is_there = find_points(entries, points, at, *own, rows);
     own->entries = entries;
     Differentiated d;
     if (is_there)
@@ -146,14 +165,7 @@ OwnDerivation* derive(const GivenScene& self, const ContactLaw& law, const Array
     own->problem = problem_of(scene, own->rows, law.law);
     own->problem.M = own->M.data();
     own->problem.v = own->v.data();
-    if (count > 0) {
-        own->impulse.resize(nv);
-        add_blow_wrenches(scene, own->numbers.data(), own->tree);
-        own->tree.gather(own->impulse.data());
-        for (std::size_t i = 0; i < scene.kicks.size(); ++i)
-            own->impulse[scene.kicks[i]] += own->numbers[6 * scene.blows.size() + i];
-        own->problem.impulse = own->impulse.data();
-    }
+    set_impulse(scene, *own);
     d.is_closed = d.is_closed && is_there;
     own->coefficients.set(law, own->rows, nullptr, nullptr, own->problem);
     d.tree = &own->tree;

@@ -583,6 +583,49 @@ void bind_forces_of_motion(nb::module_& module) {
         .def("row_velocities", &ForcesOfMotion::row_velocities, nb::arg("q"), nb::arg("v"));
 }
 
+void bind_progress(nb::class_<Motion>& motion) {
+    motion
+        .def(
+            "control",
+            [](Motion& self, const Array& torques) {
+                self.control(data_of(torques, self.nv(), "torques"));
+            },
+            nb::arg("torques"))
+        .def(
+            "state",
+            [](const Motion& self, double at) {
+                std::vector<double> q(self.nq()), v(self.nv());
+                self.state(at, q.data(), v.data());
+                return std::make_pair(array_of(q), array_of(v));
+            },
+            nb::arg("at"))
+        // (times, nq + nv) y at times as the steps have it; from the end on the state there.
+        .def(
+            "samples",
+            [](const Motion& self, const Array& times) {
+                const std::size_t size = self.nq() + self.nv();
+                std::vector<double> found(times.size() * size);
+                for (std::size_t i = 0; i < times.size(); ++i)
+                    self.sample(times.data()[i], found.data() + i * size);
+                return nb::cast(array_of(found), nb::rv_policy::move);
+            },
+            nb::arg("times"))
+        .def(
+            "resting_state",
+            [](const Motion& self, double at) { return numbers_of(self.resting_state_at(at)); },
+            nb::arg("at"))
+        .def(
+            "run_to_impact",
+            [](Motion& self, double until, double horizon) {
+                const std::size_t known = self.impacts.size();
+                run_while(self, horizon, nb::none(), kBetweenChecks,
+                          [&] { return self.impacts.size() == known && self.t < until; });
+            },
+            nb::arg("until"), nb::arg("horizon"))
+        .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),
+             nb::arg("every"));
+}
+
 void bind_results(nb::class_<Motion>& motion) {
     motion
         .def_prop_ro("impact_times",
@@ -683,45 +726,7 @@ void bind_motion(nb::module_& module) {
         .def(
             "copy", [](const Motion& self) { return Motion(self); }, nb::keep_alive<0, 1>())
         .def("rewind", &Motion::rewind, nb::arg("at"))
-        .def("forget", &Motion::forget, nb::arg("before"))
-        .def(
-            "control",
-            [](Motion& self, const Array& torques) {
-                self.control(data_of(torques, self.nv(), "torques"));
-            },
-            nb::arg("torques"))
-        .def(
-            "state",
-            [](const Motion& self, double at) {
-                std::vector<double> q(self.nq()), v(self.nv());
-                self.state(at, q.data(), v.data());
-                return std::make_pair(array_of(q), array_of(v));
-            },
-            nb::arg("at"))
-        // (times, nq + nv) y at times as the steps have it; from the end on the state there.
-        .def(
-            "samples",
-            [](const Motion& self, const Array& times) {
-                const std::size_t size = self.nq() + self.nv();
-                std::vector<double> found(times.size() * size);
-                for (std::size_t i = 0; i < times.size(); ++i)
-                    self.sample(times.data()[i], found.data() + i * size);
-                return nb::cast(array_of(found), nb::rv_policy::move);
-            },
-            nb::arg("times"))
-        .def(
-            "resting_state",
-            [](const Motion& self, double at) { return numbers_of(self.resting_state_at(at)); },
-            nb::arg("at"))
-        .def(
-            "run_to_impact",
-            [](Motion& self, double until, double horizon) {
-                const std::size_t known = self.impacts.size();
-                run_while(self, horizon, nb::none(), kBetweenChecks,
-                          [&] { return self.impacts.size() == known && self.t < until; });
-            },
-            nb::arg("until"), nb::arg("horizon"))
-        .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),
-             nb::arg("every"));
+        .def("forget", &Motion::forget, nb::arg("before"));
+    bind_progress(motion);
     bind_results(motion);
 }

@@ -60,6 +60,33 @@ double largest_mobility(const double* W, int rows, int i, int j) {
     return 0.5 * (a + c) + std::hypot(0.5 * (a - c), b);
 }
 
+// W, b, floors and radii of a system in the units of its rows.
+void scale_system(System& s, const double* W, int rows, const double* b, double scale,
+                  const Cones& cones, Arena& arena) {
+    s.A = arena.allocate(s.rows, s.rows);
+    s.b = arena.allocate(s.rows);
+    double fastest = 0.0;
+    for (int i = 0; i < s.rows; ++i) {
+        s.b[i] = s.unit[i] * b[s.source[i]];
+        fastest = std::max({fastest, std::abs(s.b[i]), s.unit[i] * scale * 1e-3});
+        for (int j = 0; j < s.rows; ++j)
+            s.A[i * s.rows + j] = s.unit[i] * W[s.source[i] * rows + s.source[j]] * s.unit[j];
+    }
+    for (int c = 0; c < s.contacts; ++c) {
+        s.floor[c] = cones.floor[s.owner[c]] / s.unit[s.normal[c]];
+        s.adhesion[c] = cones.adhesion[s.owner[c]] / s.unit[s.normal[c]];
+        fastest = std::max(fastest, s.floor[c]);
+    }
+    s.velocity = fastest > 0.0 ? fastest : 1.0;
+    for (int i = 0; i < s.rows; ++i) s.b[i] /= s.velocity;
+    for (int c = 0; c < s.contacts; ++c) {
+        s.floor[c] /= s.velocity;
+        s.adhesion[c] /= s.velocity;
+    }
+    for (int k = 0; k < s.groups; ++k)
+        if (s.contact[k] < 0) s.friction[k] /= s.velocity;
+}
+
 System build_system(const double* W, int rows, const double* b, double scale, const Cones& cones,
                     Arena& arena) {
     System s;
@@ -115,28 +142,7 @@ System build_system(const double* W, int rows, const double* b, double scale, co
             s.unit[s.rows++] = unit;
         }
     }
-    s.A = arena.allocate(s.rows, s.rows);
-    s.b = arena.allocate(s.rows);
-    double fastest = 0.0;
-    for (int i = 0; i < s.rows; ++i) {
-        s.b[i] = s.unit[i] * b[s.source[i]];
-        fastest = std::max({fastest, std::abs(s.b[i]), s.unit[i] * scale * 1e-3});
-        for (int j = 0; j < s.rows; ++j)
-            s.A[i * s.rows + j] = s.unit[i] * W[s.source[i] * rows + s.source[j]] * s.unit[j];
-    }
-    for (int c = 0; c < s.contacts; ++c) {
-        s.floor[c] = cones.floor[s.owner[c]] / s.unit[s.normal[c]];
-        s.adhesion[c] = cones.adhesion[s.owner[c]] / s.unit[s.normal[c]];
-        fastest = std::max(fastest, s.floor[c]);
-    }
-    s.velocity = fastest > 0.0 ? fastest : 1.0;
-    for (int i = 0; i < s.rows; ++i) s.b[i] /= s.velocity;
-    for (int c = 0; c < s.contacts; ++c) {
-        s.floor[c] /= s.velocity;
-        s.adhesion[c] /= s.velocity;
-    }
-    for (int k = 0; k < s.groups; ++k)
-        if (s.contact[k] < 0) s.friction[k] /= s.velocity;
+    scale_system(s, W, rows, b, scale, cones, arena);
     return s;
 }
 

@@ -122,6 +122,19 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
     return all;
 }
 
+// The refusal of several contacts along the path of one.
+ContactSolution refuse_several(const Law& law, int n) {
+    ContactSolution refusal;
+    std::string what =
+        law.restitution == Restitution::stronge ? "restitution=\"stronge\"" : "slip=\"path\"";
+    refusal.refused = "contacts: more than one of the " + std::to_string(n) +
+                      " contacts would take part at once; " + what +
+                      " follows one contact along its impact, and how several share it is not "
+                      "defined. Use Law(order=\"sequential\"), or slip=\"end\" with Newton's or "
+                      "Poisson's restitution";
+    return refusal;
+}
+
 // Slip along the path of the one contact that acts, the others parting or at rest.
 ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) {
     const int n = problem.contacts, rows = problem.rows();
@@ -178,15 +191,7 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
         if (law.restitution == Restitution::stronge) end.restitution = Restitution::poisson;
         return solve_simultaneous(plain, end);
     }
-    ContactSolution refusal;
-    std::string what =
-        law.restitution == Restitution::stronge ? "restitution=\"stronge\"" : "slip=\"path\"";
-    refusal.refused = "contacts: more than one of the " + std::to_string(n) +
-                      " contacts would take part at once; " + what +
-                      " follows one contact along its impact, and how several share it is not "
-                      "defined. Use Law(order=\"sequential\"), or slip=\"end\" with Newton's or "
-                      "Poisson's restitution";
-    return refusal;
+    return refuse_several(law, n);
 }
 
 // A law whose coefficients are numbers.

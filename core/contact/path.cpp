@@ -166,7 +166,7 @@ class Path {
         const S p[3] = {p1_, p2_, p_};
         double more[3] = {};
         if (e_ <= 0.0 && !(restitution_ == Restitution::newton && before >= 0.0))
-            give_back(before, more);
+            restore_energy(before, more);
         for (int i = 0; i < 3; ++i) {
             found.impulse[i] = p[i].value;
             for (int k = 0; k < kPathParameters; ++k)
@@ -181,7 +181,7 @@ class Path {
     static double length(const S& x, const S& y) { return std::hypot(value_of(x), value_of(y)); }
 
     // ∂P/∂e at e = 0: nothing comes back, but a little e would bring a little.
-    void give_back(double before, double* more) const {
+    void restore_energy(double before, double* more) const {
         S k1, k2;
         const double speed = length(u1_, u2_), mu = value_of(mu_);
         if (mu > 0.0 && speed > kStopped * scale_) {

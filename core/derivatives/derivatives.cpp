@@ -412,32 +412,36 @@ bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<in
     return unavailable == Unavailable::none;
 }
 
+// The stage of an impulse of one contact from the velocity `now`, which becomes that after it:
+// bilateral rows bear and bodies move in proportion to the impulse.
+Derivation::Stage Derivation::stage_of_hit(int i, const double* impulse, int& now) {
+    const int rows = 3 * n_;
+    const double* unit_multipliers = free_multipliers_.data() + 3 * i * m_;
+    const double* response = free_response_.data() + 3 * i * nv_;
+    Stage stage;
+    stage.start = now;
+    stage.impulses.assign(m_ + rows, 0.0);
+    std::vector<double> end = velocities_[now];
+    for (int k = 0; k < 3; ++k) {
+        stage.impulses[m_ + 3 * i + k] = impulse[k];
+        for (int r = 0; r < m_; ++r) stage.impulses[r] += unit_multipliers[k * m_ + r] * impulse[k];
+        for (int j = 0; j < nv_; ++j) end[j] += response[k * nv_ + j] * impulse[k];
+    }
+    now = stage.end = keep(std::move(end));
+    return stage;
+}
+
 // One hit, from the velocity `now`, which becomes that after it.
 void Derivation::follow_hit(int i, const double* share, int& now, bool along_path) {
     const Law& law = law_.law;
     const int rows = 3 * n_;
-    const double* unit_multipliers = free_multipliers_.data() + 3 * i * m_;
     const double* response = free_response_.data() + 3 * i * nv_;
     double block[9], u[3];
     for (int k = 0; k < 3; ++k) {
         u[k] = dot(given_.problem->J + (3 * i + k) * nv_, velocities_[now].data(), nv_);
         for (int l = 0; l < 3; ++l) block[3 * k + l] = free_W_[(3 * i + k) * rows + 3 * i + l];
     }
-    // Bilateral rows bear and bodies move in proportion to the impulse of one contact.
-    const auto part = [&](const double* impulse) {
-        Stage stage;
-        stage.start = now;
-        stage.impulses.assign(m_ + rows, 0.0);
-        std::vector<double> end = velocities_[now];
-        for (int k = 0; k < 3; ++k) {
-            stage.impulses[m_ + 3 * i + k] = impulse[k];
-            for (int r = 0; r < m_; ++r)
-                stage.impulses[r] += unit_multipliers[k * m_ + r] * impulse[k];
-            for (int j = 0; j < nv_; ++j) end[j] += response[k * nv_ + j] * impulse[k];
-        }
-        now = stage.end = keep(std::move(end));
-        return stage;
-    };
+    const auto part = [&](const double* impulse) { return stage_of_hit(i, impulse, now); };
     if (along_path) {
         for (int k = 0; k < 3; ++k)
             // Along what bilateral rows hold, slip is rounding, and no friction ends it.

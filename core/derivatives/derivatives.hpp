@@ -118,6 +118,7 @@ class Derivation {
                            std::vector<double>& shares);
     bool find_hits_at_once(const ContactProblem& contact, std::vector<int>& order,
                            std::vector<double>& shares);
+    Stage stage_of_hit(int point, const double* impulse, int& now);
     void follow_hit(int point, const double* share, int& now, bool along_path);
     void check_rows();
     void find_wrenches(Stage& stage) const;

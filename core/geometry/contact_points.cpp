@@ -125,7 +125,7 @@ Feature named(const Pieces& pieces, Feature::Kind kind, int i, int j, int k, int
 }
 
 // The corners of a body that are near, on faces of the other that look towards it.
-void take_corners(Finder& finder, int side, const std::vector<char>& near) {
+void add_corners(Finder& finder, int side, const std::vector<char>& near) {
     const Shape &own = finder.pieces.of(side), &ground = finder.pieces.of(1 - side);
     const V towards = side == 0 ? finder.n : -finder.n;
     double best = -1.0;
@@ -152,7 +152,7 @@ void take_corners(Finder& finder, int side, const std::vector<char>& near) {
 }
 
 // Points where edges cross at more than an angle (sine).
-void take_crossings(Finder& finder, const std::vector<char>* near, double least) {
+void add_crossings(Finder& finder, const std::vector<char>* near, double least) {
     const Shape &a = finder.pieces.a, &b = finder.pieces.b;
     for (const Shape::Edge& one : a.edges) {
         if (!near[0][one.start] || !near[0][one.end]) continue;
@@ -200,10 +200,10 @@ std::vector<ContactPoint> of_polytopes(const Pieces& pieces, double gap, const V
         }
     }
     Finder finder{pieces, n, gap - margin - rounding, margin, {}};
-    take_corners(finder, 0, near[0]);
-    take_corners(finder, 1, near[1]);
-    take_crossings(finder, near, kEndsPatch);
-    if (finder.found.empty()) take_crossings(finder, near, 0.0);
+    add_corners(finder, 0, near[0]);
+    add_corners(finder, 1, near[1]);
+    add_crossings(finder, near, kEndsPatch);
+    if (finder.found.empty()) add_crossings(finder, near, 0.0);
     const bool on_first = pieces.a.kind != Shape::half_space;
     const double middle = on_first ? -level[0] - 0.5 * gap : level[1] + 0.5 * gap;
     for (ContactPoint& p : finder.found) p.point += n * (middle - dot(p.point, n));
@@ -269,7 +269,7 @@ bool name_parts(const Pieces& pieces, const PatchPoint& point, const V& n, Featu
     const std::vector<char> all[2] = {std::vector<char>(a.points.size(), 1),
                                       std::vector<char>(b.points.size(), 1)};
     Finder finder{pieces, n, point.gap - kOnePoint, point.gap + kOnePoint, {}};
-    take_crossings(finder, all, kEndsPatch);
+    add_crossings(finder, all, kEndsPatch);
     for (const ContactPoint& crossing : finder.found)
         if (is_here(crossing.point)) {
             found = crossing.feature;

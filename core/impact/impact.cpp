@@ -52,14 +52,14 @@ class Impact {
         for (int i = 0; i < nv_; ++i)
             for (int j = 0; j <= i; ++j) M_[i * nv_ + j] = M_[j * nv_ + i] = p_.M[i * nv_ + j];
         for (int r = 0; r < rows_; ++r) s_.before[r] = dot(p_.J + r * nv_, p_.v, nv_);
-        leave_untouched();
+        exclude_unloaded();
         if (!factor_mass() || !apply_constraints() || !apply_contacts()) return;
         finish();
     }
 
   private:
     // Trees that nothing touches stay as they are, whatever their inertia.
-    void leave_untouched() {
+    void exclude_unloaded() {
         int* tree = scratch().allocate_int(nv_);
         int* touched = scratch().allocate_int(nv_);
         for (int k = 0; k < nv_; ++k) tree[k] = p_.parent[k] < 0 ? k : tree[p_.parent[k]];

@@ -253,15 +253,14 @@ DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v,
     return DynamicsFailure::none;
 }
 
-DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const double* target) {
+// Bias and W of the rows of what rests, under the bilateral rows.
+void Dynamics::condense(const double* start, double* free, double* W) {
     const int nv = scene.scene.model->nv, m = constraints.rows();
-    const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
     Arena::Scope scope(scratch());
     half_contacts_ = J_;
     left_.resize(J_.size());
     for (int r = 0; r < rows_; ++r) mass_.half(half_contacts_.data() + r * nv);
     left_ = half_contacts_;
-    double *free = scratch().allocate(rows_), *W = scratch().allocate(rows_ * rows_);
     for (int r = 0; r < rows_; ++r)
         free[r] = bias_[r] + dot(half_contacts_.data() + r * nv, start, nv);
     if (m > 0)
@@ -285,15 +284,16 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const d
                 from < to ? dot(row + from, left_.data() + j * nv + from, to - from) : 0.0;
         }
     }
+}
+
+// Bounds of friction, directions of slip and pulls of what rests; pulls act on the bias.
+void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, const double* W,
+                            double* free) {
+    const int nv = scene.scene.model->nv;
+    const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
+    const auto [reach, direction, bound, pull, pressed] = bounds;
     slip.assign(3 * n, 0.0);
     turning.assign(3 * k, 0.0);
-    RestProblem p;
-    p.points = n;
-    p.turning = k;
-    p.joints = rows_ - 3 * (n + k);
-    double *reach = scratch().allocate(n + 2 * k), *direction = scratch().allocate(2 * (n + 2 * k)),
-           *bound = scratch().allocate(p.joints), *pull = scratch().allocate(n);
-    char* pressed = reinterpret_cast<char*>(scratch().allocate(n));
     size = 0.0;
     for (int i = 0; i < n; ++i) {
         const RestingContact& point = rest.points[i];
@@ -334,6 +334,22 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const d
     int joint = 0;
     for (std::size_t j = 0; j < rest.dry.size(); ++j)
         if (rest.dry[j] == 0) bound[joint++] = scene.dry[j].bound;
+}
+
+DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const double* target) {
+    const int nv = scene.scene.model->nv, m = constraints.rows();
+    const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
+    Arena::Scope scope(scratch());
+    double *free = scratch().allocate(rows_), *W = scratch().allocate(rows_ * rows_);
+    condense(start, free, W);
+    RestProblem p;
+    p.points = n;
+    p.turning = k;
+    p.joints = rows_ - 3 * (n + k);
+    double *reach = scratch().allocate(n + 2 * k), *direction = scratch().allocate(2 * (n + 2 * k)),
+           *bound = scratch().allocate(p.joints), *pull = scratch().allocate(n);
+    char* pressed = reinterpret_cast<char*>(scratch().allocate(n));
+    write_bounds(rest, {reach, direction, bound, pull, pressed}, W, free);
     p.W = W;
     p.b = free;
     p.reach = reach;
@@ -350,7 +366,7 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const d
     rate.assign(rates, rates + 3 * n);
     moment.assign(force + 3 * n, force + 3 * (n + k));
     turn_rate.assign(rates + 3 * n, rates + 3 * (n + k));
-    joint = 3 * (n + k);
+    int joint = 3 * (n + k);
     for (std::size_t j = 0; j < rest.dry.size(); ++j)
         if (rest.dry[j] == 0) {
             dry_torque[j] = force[joint];

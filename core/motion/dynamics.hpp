@@ -99,6 +99,14 @@ class Dynamics {
     bool factor_mass(const double* target);
     bool eliminate(double* start, const double* target);
     void write_rest_rows(const double* q, const double* v, const RestingState& rest);
+    // By point or joint: see RestProblem; the pull [N] of each point, and whether it pushes.
+    struct RestBounds {
+        double *reach, *direction, *bound, *pull;
+        char* pressed;
+    };
+    void condense(const double* start, double* free, double* W);
+    void write_bounds(const RestingState& rest, const RestBounds& bounds, const double* W,
+                      double* free);
     DynamicsFailure rest_forces(RestingState& rest, double* start, const double* target);
 
     MassFactor mass_;

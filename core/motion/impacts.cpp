@@ -137,13 +137,17 @@ std::vector<double> Motion::impulses_at(const std::vector<RestingContact>& point
     return found;
 }
 
+// False where the motion has had all its impacts, which ends it.
+bool Motion::has_impacts_left() {
+    if (static_cast<int>(impacts.size()) < settings_.max_impacts) return true;
+    ended = Ended::event_storm;
+    detail = "max_impacts is " + std::to_string(settings_.max_impacts);
+    return false;
+}
+
 // An impact of what closes, with all that rests taking part.
 bool Motion::close_gaps(const std::vector<int>& closing) {
-    if (static_cast<int>(impacts.size()) >= settings_.max_impacts) {
-        ended = Ended::event_storm;
-        detail = "max_impacts is " + std::to_string(settings_.max_impacts);
-        return false;
-    }
+    if (!has_impacts_left()) return false;
     const std::vector<RestingContact> points = points_of_gaps(closing);
     std::vector<double> J;
     std::vector<int> turning;
@@ -257,48 +261,13 @@ bool Motion::release_unloaded() {
     return true;
 }
 
-// If W_nn <= µ W_nt·s no force keeps a sliding contact from being pressed in (Painlevé 1895). It
-// stops by an impact without collision (Lecornu 1905; Génot & Brogliato 1999): the limit of impacts
-// whose approach goes to zero, without restitution.
-bool Motion::impact_without_collision() {
-    if (static_cast<int>(impacts.size()) >= settings_.max_impacts) {
-        ended = Ended::event_storm;
-        detail = "max_impacts is " + std::to_string(settings_.max_impacts);
-        return false;
-    }
-    if (release_unloaded()) return update_rest();
-    dynamics_.set_state(y.data(), y.data() + nq());
-    const std::vector<RestingContact> points = rest_.points;
+// Press points in by ever more until their impulses are those of an impact; `fastest` of slip and
+// the sums that velocities of points consist of. False where none is.
+bool Motion::press_in(const std::vector<RestingContact>& points, const std::vector<double>& J,
+                      double fastest, double sums) {
     const int n = static_cast<int>(points.size());
     double* v = y.data() + nq();
-    std::vector<double> J, rows, change, dv(nv()), trial(nv()), after(nv());
-    std::vector<int> turning;
-    write_rows(points, J, turning);
-    double fastest = 0.0, sums = 0.0, slowest = 0.0;
-    for (int i = 0; i < n; ++i) {
-        const double* row = J.data() + 3 * i * nv();
-        const double s0 = sum_of(row, v, nv()), s1 = sum_of(row + nv(), v, nv()),
-                     speed = std::hypot(s0, s1), un = sum_of(row + 2 * nv(), v, nv());
-        fastest = std::max({fastest, std::abs(s0), std::abs(s1)});
-        double sum = 0.0, most = kSlowSlip;
-        for (int k = 0; k < nv(); ++k) sum += std::abs(row[2 * nv() + k] * v[k]);
-        sums = std::max(sums, sum);
-        if (static_cast<int>(dynamics_.rate.size()) == 3 * n)
-            most = std::max(most,
-                            kSoon * std::hypot(dynamics_.rate[3 * i], dynamics_.rate[3 * i + 1]));
-        rows.insert(rows.end(), row + 2 * nv(), row + 3 * nv());
-        change.push_back(-un);
-        if (!(speed > 0.0 && speed < most)) continue;
-        slowest = std::max(slowest, speed);
-        rows.insert(rows.end(), row, row + 2 * nv());
-        change.insert(change.end(), {-s0, -s1});
-    }
-    if (slowest > kNoSlipAtAll &&
-        dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
-                                      dv.data())) {
-        for (int i = 0; i < nv(); ++i) v[i] += dv[i];
-        return find_resting_contacts(points, false, slow_);
-    }
+    std::vector<double> rows, change, dv(nv()), trial(nv()), after(nv());
     for (double share : kPressed) {
         const double pressed = std::max(share * fastest, kPressedOfSum * sums);
         if (!(pressed > 0.0)) return false;
@@ -331,6 +300,47 @@ bool Motion::impact_without_collision() {
         return find_resting_contacts(points, false, slow_);
     }
     return false;
+}
+
+// If W_nn <= µ W_nt·s no force keeps a sliding contact from being pressed in (Painlevé 1895). It
+// stops by an impact without collision (Lecornu 1905; Génot & Brogliato 1999): the limit of impacts
+// whose approach goes to zero, without restitution.
+bool Motion::impact_without_collision() {
+    if (!has_impacts_left()) return false;
+    if (release_unloaded()) return update_rest();
+    dynamics_.set_state(y.data(), y.data() + nq());
+    const std::vector<RestingContact> points = rest_.points;
+    const int n = static_cast<int>(points.size());
+    double* v = y.data() + nq();
+    std::vector<double> J, rows, change, dv(nv());
+    std::vector<int> turning;
+    write_rows(points, J, turning);
+    double fastest = 0.0, sums = 0.0, slowest = 0.0;
+    for (int i = 0; i < n; ++i) {
+        const double* row = J.data() + 3 * i * nv();
+        const double s0 = sum_of(row, v, nv()), s1 = sum_of(row + nv(), v, nv()),
+                     speed = std::hypot(s0, s1), un = sum_of(row + 2 * nv(), v, nv());
+        fastest = std::max({fastest, std::abs(s0), std::abs(s1)});
+        double sum = 0.0, most = kSlowSlip;
+        for (int k = 0; k < nv(); ++k) sum += std::abs(row[2 * nv() + k] * v[k]);
+        sums = std::max(sums, sum);
+        if (static_cast<int>(dynamics_.rate.size()) == 3 * n)
+            most = std::max(most,
+                            kSoon * std::hypot(dynamics_.rate[3 * i], dynamics_.rate[3 * i + 1]));
+        rows.insert(rows.end(), row + 2 * nv(), row + 3 * nv());
+        change.push_back(-un);
+        if (!(speed > 0.0 && speed < most)) continue;
+        slowest = std::max(slowest, speed);
+        rows.insert(rows.end(), row, row + 2 * nv());
+        change.insert(change.end(), {-s0, -s1});
+    }
+    if (slowest > kNoSlipAtAll &&
+        dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
+                                      dv.data())) {
+        for (int i = 0; i < nv(); ++i) v[i] += dv[i];
+        return find_resting_contacts(points, false, slow_);
+    }
+    return press_in(points, J, fastest, sums);
 }
 
 }  // namespace impulsekit

@@ -126,7 +126,7 @@ void Motion::rewind(double at) {
     rest_ = resting_states[path.back().resting_state];
     last.at(std::max(at, last.start), y.data());
     normalize_configuration(*scene_->scene.model, y.data());
-    t = smooth_since_ = looked_t_ = at;
+    t = smooth_since_ = checked_t_ = at;
     if (last.start < at)
         last.end = at;
     else
@@ -260,6 +260,23 @@ double Motion::sharpened(const Step& step, int gap) {
     return std::abs(change) < kSharpened * step.length ? step.end + change : step.end;
 }
 
+// End a motion that gets no further, or has made all its steps.
+void Motion::check_progress() {
+    still_ = t == checked_t_ ? still_ + 1 : 0;
+    checked_t_ = t;
+    if (still_ >= kMostStill) {
+        ended = Ended::step_too_small;
+        detail = "events follow each other at one time";
+    } else if (stepper_.steps - counted_ >= settings_.max_steps) {
+        ended = Ended::too_many_steps;
+        detail = "max_steps is " + std::to_string(settings_.max_steps);
+    } else if (stepper_.steps - checked_steps_ >= kManySteps) {
+        refuse_hopeless(stepper_.steps - checked_steps_);
+        checked_steps_ = stepper_.steps;
+        still_since_ = t;
+    }
+}
+
 bool Motion::advance(double until) {
     if (ended != Ended::not_yet || !(t < until)) return false;
     if (!(until - t > shortest_step(t))) {
@@ -316,20 +333,7 @@ bool Motion::advance(double until) {
         if (rest_.acts() || dynamics_.constraints.rows() > 0)
             update_rest(stepper_.ended_last() && dynamics_.evaluations == evaluations);
     }
-    if (ended != Ended::not_yet) return false;
-    still_ = t == looked_t_ ? still_ + 1 : 0;
-    looked_t_ = t;
-    if (still_ >= kMostStill) {
-        ended = Ended::step_too_small;
-        detail = "events follow each other at one time";
-    } else if (stepper_.steps - counted_ >= settings_.max_steps) {
-        ended = Ended::too_many_steps;
-        detail = "max_steps is " + std::to_string(settings_.max_steps);
-    } else if (stepper_.steps - looked_steps_ >= kManySteps) {
-        refuse_hopeless(stepper_.steps - looked_steps_);
-        looked_steps_ = stepper_.steps;
-        still_since_ = t;
-    }
+    if (ended == Ended::not_yet) check_progress();
     return ended == Ended::not_yet;
 }
 

@@ -134,6 +134,7 @@ class Motion {
     bool pass_change_point(double until);
     Step extrapolation(double start, double length) const;
     double error_behind(const Step& jump);
+    void check_progress();
     void refuse_hopeless(int made);
     double longest_step(double until) const;
     double until_stopping() const;
@@ -158,6 +159,9 @@ class Motion {
     bool close_gaps(const std::vector<int>& closing);
     bool apply_impact(std::vector<RestingContact> points, double approach, double capture);
     bool impact_without_collision();
+    bool has_impacts_left();
+    bool press_in(const std::vector<RestingContact>& points, const std::vector<double>& J,
+                  double fastest, double sums);
     void count_soft_impact(int gap, bool soft);
     bool chatters(int gap) const;
     void write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
@@ -202,8 +206,8 @@ class Motion {
     double smooth_since_ = 0.0;  // nothing has happened from then on [s]
     double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never
     double still_since_ = 0.0;
-    int still_ = 0, looked_steps_ = 0, counted_ = 0;
-    double looked_t_ = 0.0;
+    int still_ = 0, checked_steps_ = 0, counted_ = 0;
+    double checked_t_ = 0.0;
 };
 
 }  // namespace impulsekit

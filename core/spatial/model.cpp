@@ -58,7 +58,7 @@ void write(const Vector& a, double* to) {
 }
 
 // Take a rotation apart: F = Rz(β) Rx(α) Rz(γ).
-void take_apart(const Matrix& f, Body& body) {
+void write_angles(const Matrix& f, Body& body) {
     const double x = f.z.x, y = -f.z.y;
     double sine = std::hypot(x, y), cosine = f.z.z;
     const bool aligned = sine < kRounding, straight = aligned || std::abs(x) < kRounding;
@@ -77,12 +77,9 @@ void take_apart(const Matrix& f, Body& body) {
 int freedoms_of(Joint joint) { return kFreedoms[static_cast<int>(joint)]; }
 int coordinates_of(Joint joint) { return kCoordinates[static_cast<int>(joint)]; }
 
-Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double* armature) {
+// The axes of all bodies in those of their joints, chosen such that most β are nothing.
+static std::vector<Matrix> axes_of_bodies(const std::vector<GivenBody>& given) {
     const int count = static_cast<int>(given.size());
-    Model model;
-    model.nq = nq;
-    model.nv = nv;
-    model.bodies.resize(given.size() + 1);
     std::vector<Matrix> turns(count + 1, identity<double>());
     std::vector<char> chosen(count + 1, 0);
     for (int k = 1; k <= count; ++k)
@@ -99,6 +96,16 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
         chosen[parent] = 1;
         turns[parent] = axes_between(vec3<double>(above.axis), next);
     }
+    return turns;
+}
+
+Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double* armature) {
+    const int count = static_cast<int>(given.size());
+    Model model;
+    model.nq = nq;
+    model.nv = nv;
+    model.bodies.resize(given.size() + 1);
+    const std::vector<Matrix> turns = axes_of_bodies(given);
     for (Body& body : model.bodies) write(identity<double>(), body.turn);
     std::vector<int> last_v(count + 1, -1);
     std::vector<char> seen(nv, 0);
@@ -122,7 +129,7 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
         const Matrix rotation = above * mat3<double>(from.rotation) * turn;
         write(rotation, body.rotation);
         write(above * vec3<double>(from.shift), body.shift);
-        if (body.turns_about_z()) take_apart(rotation, body);
+        if (body.turns_about_z()) write_angles(rotation, body);
         body.mass = from.mass;
         write(to_own * vec3<double>(from.moment), body.moment);
         const double* i = from.inertia;
