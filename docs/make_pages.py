@@ -19,7 +19,7 @@ SAY = logging.getLogger(__name__).info
 GENERATED = Path(__file__).parent / "_generated"
 # Reference pages: file, title, and the modules whose names belong there, by the longest prefix.
 PAGES = (
-    ("robot", "Robots", ("robot", "chain")),
+    ("robot", "Robots", ("robot", "chain", "models")),
     ("scene", "Scenes", ("scene",)),
     ("scenefile", "Scene files", ("scenefile",)),
     ("impact", "Impacts", ("impact", "laws")),

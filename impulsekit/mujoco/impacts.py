@@ -15,7 +15,7 @@ from ..scene.law import Law
 from ..scene.numbers import between, not_negative
 from .coefficients import PairCoefficients
 from .instant import TOUCHING, Events, find_instant
-from .listing import Listing, StepModels
+from .listing import KEPT, Listing, StepModels
 from .record import StepImpact
 from .system import ImpactSolver
 
@@ -23,12 +23,6 @@ __all__ = ["Impacts"]
 
 # Impacts within one step; a step with more ends as MuJoCo has it, with a doubt.
 MOST_IMPACTS = 32
-_STATE = mujoco.mjtState
-# All that a step starts from, without what a user gives anew at any step.
-_KEPT = int(
-    _STATE.mjSTATE_FULLPHYSICS | _STATE.mjSTATE_WARMSTART | _STATE.mjSTATE_EQ_ACTIVE
-    | _STATE.mjSTATE_MOCAP_POS | _STATE.mjSTATE_MOCAP_QUAT
-)  # fmt: skip
 _get_state, _step1, _step2 = mujoco.mj_getState, mujoco.mj_step1, mujoco.mj_step2
 _forward_skip, _check_acceleration = mujoco.mj_forwardSkip, mujoco.mj_checkAcc
 _runge_kutta, _VELOCITIES = mujoco.mj_RungeKutta, int(mujoco.mjtStage.mjSTAGE_VEL)
@@ -131,7 +125,7 @@ class Impacts:
         warn_of_setup(self.doubts)
         self._is_rk4 = model.opt.integrator == _RK4
         self._has_gaps = bool(model.geom_gap.any() or model.pair_gap.any())
-        self._state = np.empty(mujoco.mj_stateSize(model, _KEPT))
+        self._state = np.empty(mujoco.mj_stateSize(model, KEPT))
         self._left, self._data = b"", None
         self._touching, self._reached = b"", 0
         self._log: list[StepImpact] | None = None
@@ -147,7 +141,7 @@ class Impacts:
         if data is not self._data:
             self._check(data)
             self._left, self._data = b"", data
-        _get_state(model, data, state, _KEPT)
+        _get_state(model, data, state, KEPT)
         start = state.tobytes()
         if start != self._left:
             _step1(model, data)
@@ -166,7 +160,7 @@ class Impacts:
             self._resolve(data, np.frombuffer(start))
             touching = self._pairs_touching(data)
         self._touching, self._reached = touching, data.nl
-        _get_state(model, data, state, _KEPT)
+        _get_state(model, data, state, KEPT)
         self._left = state.tobytes()
 
     def log(self, keep: bool = True) -> list[StepImpact]:
@@ -201,7 +195,7 @@ class Impacts:
             if not len(events.keys):
                 break
             passed, listing, hits = find_instant(
-                models, data, start, _KEPT, left, events, self.threshold, self._is_exact
+                models, data, start, left, events, self.threshold, self._is_exact
             )
             if len(hits.keys):
                 impact, touching, reached = self._hit(data, listing, hits)
@@ -209,9 +203,9 @@ class Impacts:
                 known.update(touching)
                 left -= passed
                 start = np.empty_like(start)
-                _get_state(models.plain, data, start, _KEPT)
+                _get_state(models.plain, data, start, KEPT)
             else:
-                mujoco.mj_setState(models.plain, data, start, _KEPT)
+                models.restore(data, start)
             models.step(data, left)
             if not len(hits.keys) or not impact.status.valid:
                 break

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
 from .listing import DEEPER, Listing, StepModels
@@ -59,13 +58,13 @@ class Events(NamedTuple):
 
 
 def find_instant(
-    models: StepModels, data: Any, start: np.ndarray, kept: int,
+    models: StepModels, data: Any, start: np.ndarray,
     duration: float, events: Events, threshold: float, is_exact: bool,
 ) -> tuple[float, Listing, Events]:  # fmt: skip
     """Bring ``data`` to the instant of the first impact among events, and look at it.
 
     Args:
-        start: the state at the start of the step, of MuJoCo's kinds ``kept``.
+        start: the state at the start of the step, of the kinds ``KEPT``.
         duration: of the step. events: as they are at its end.
         threshold: approach speed above which what closes is an impact [m/s].
         is_exact: False for the start of the step in place of the instant.
@@ -75,7 +74,7 @@ def find_instant(
         closes does so slowly.
     """
     reach = DEEPER + 2.0 * duration * float(np.abs(events.speeds).max())
-    mujoco.mj_setState(models.plain, data, start, kept)
+    models.restore(data, start)
     listing = models.look(data, reach)
     events = events.again(listing)
     if not is_exact:
@@ -88,37 +87,44 @@ def find_instant(
         if not len(events.keys):
             break
         passed, listing, events = _first_closing(
-            models, data, start, kept, passed, duration, events, reach
+            models, data, start, passed, duration, events, reach, threshold
         )
         closed = events.gaps <= max(TOUCHING, float(events.gaps.min()))
     return passed, listing, fast
 
 
 def _first_closing(
-    models: StepModels, data: Any, start: np.ndarray, kept: int,
-    low: float, high: float, events: Events, reach: float,
+    models: StepModels, data: Any, start: np.ndarray,
+    low: float, high: float, events: Events, reach: float, threshold: float,
 ) -> tuple[float, Listing, Events]:  # fmt: skip
     """The time at which the first of some open gaps closes, what is listed then, and the gaps."""
-    passed = low
+    passed, before, curve = low, low, np.zeros(len(events.keys))
     for _ in range(MOST_ROUNDS):
-        passed = _closing_time(events, passed, low, high)
-        mujoco.mj_setState(models.plain, data, start, kept)
+        passed = _closing_time(events, curve, passed, low, high)
+        models.restore(data, start)
         models.fly(data, passed)
         listing = models.look(data, reach)
-        events = events.again(listing)
+        speeds, events = events.speeds, events.again(listing)
         least = events.gaps.min()
         if 0.0 <= least <= CLOSED or high - low <= np.spacing(high):
             break
+        # What touches slowly is no impact: its instant need not be known better.
+        fast = (events.gaps <= TOUCHING) & (events.speeds < -threshold)
+        if abs(least) <= TOUCHING and not fast.any():
+            break
         low, high = (passed, high) if least > CLOSED else (low, passed)
+        curve, before = (events.speeds - speeds) / (passed - before), passed
     return passed, listing, events
 
 
-def _closing_time(events: Events, now: float, low: float, high: float) -> float:
-    """When the first gap closes by Newton's method, the middle where that leads out of bounds."""
-    approaching = events.speeds < 0.0
-    if approaching.any():
-        times = (events.gaps[approaching] - 0.5 * CLOSED) / events.speeds[approaching]
-        found = now - float(times.max())
+def _closing_time(events: Events, curve: np.ndarray, now: float, low: float, high: float) -> float:
+    """When the first gap g + u t + a t²/2 closes, the middle where that leads out of bounds."""
+    gaps, speeds = events.gaps - 0.5 * CLOSED, events.speeds
+    closing = (speeds < 0.0) & np.isfinite(gaps)
+    if closing.any():
+        gaps, speeds, curve = gaps[closing], speeds[closing], curve[closing]
+        root = np.sqrt(np.maximum(speeds * speeds - 2.0 * curve * gaps, 0.0))
+        found = now + float((2.0 * gaps / (root - speeds)).min())
         if low < found < high:
             return found
     return 0.5 * (low + high)

@@ -9,12 +9,19 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-__all__ = ["DEEPER", "LIMIT_JOINT", "Listing", "StepModels"]
+__all__ = ["DEEPER", "KEPT", "LIMIT_JOINT", "Listing", "StepModels"]
 
 # The soft contact begins this much deeper while an instant is sought, so that no stage of an
 # integrator feels it before [m].
 DEEPER = 1e-6
 LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+
+_STATE = mujoco.mjtState
+# All that a step starts from, without what a user gives anew at any step.
+KEPT = int(
+    _STATE.mjSTATE_FULLPHYSICS | _STATE.mjSTATE_WARMSTART | _STATE.mjSTATE_EQ_ACTIVE
+    | _STATE.mjSTATE_MOCAP_POS | _STATE.mjSTATE_MOCAP_QUAT
+)  # fmt: skip
 
 
 class Listing(NamedTuple):
@@ -56,8 +63,12 @@ class StepModels:
         self.plain = model
         self._rest, self._flight = copy.copy(model), copy.copy(model)
         _shift_margins(self._flight, model, -DEEPER)
-        # By reach, as few powers of two occur.
-        self._probes: dict[float, Any] = {}
+        self._near, self._far = self._new_probe(), self._new_probe()
+        self._reach = 0.0
+
+    def restore(self, data: Any, state: np.ndarray) -> None:
+        """Set a state of the kinds ``KEPT``."""
+        mujoco.mj_setState(self.plain, data, state, KEPT)
 
     def step(self, data: Any, duration: float) -> None:
         """Advance by a part of a step as MuJoCo does."""
@@ -73,8 +84,13 @@ class StepModels:
 
     def look(self, data: Any, reach: float) -> Listing:
         """Compute positions and the mass matrix, and list what is within a reach, at least."""
-        reach = math.ldexp(1.0, math.frexp(reach)[1]) if reach else 0.0
-        probe = self._probes.get(reach) or self._new_probe(reach)
+        probe = self._near
+        if reach:
+            # A power of four: it seldom changes.
+            reach, probe = 4.0 ** math.ceil(math.log(reach, 4.0)), self._far
+            if reach != self._reach:
+                _shift_margins(probe, self.plain, reach)
+                self._reach = reach
         mujoco.mj_fwdPosition(probe, data)
         nv, count, contact = self.plain.nv, data.nefc, data.contact
         rows = data.efc_J.reshape(-1)[: count * nv].reshape(count, nv)
@@ -98,13 +114,11 @@ class StepModels:
             rows[address] @ data.qvel, address, dims, rows, data.ne, numbers,
         )  # fmt: skip
 
-    def _new_probe(self, reach: float) -> Any:
-        """A model that lists what is within a reach."""
-        probe = self._probes[reach] = copy.copy(self.plain)
-        # Rows of contacts are then those of the normal and the tangents themselves.
+    def _new_probe(self) -> Any:
+        """A model whose rows of contacts are those of the normal and the tangents themselves."""
+        probe = copy.copy(self.plain)
         probe.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         probe.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        _shift_margins(probe, self.plain, reach)
         return probe
 
 
