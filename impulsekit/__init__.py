@@ -21,7 +21,7 @@ _GONE = {"warm_up": "nothing is compiled at run time, so leave it out"}
 # Where names stand that are not at the top.
 _ROOMS = (
     "compliance", "measured", "design", "study", "long", "models", "plots", "impact", "motion",
-    "scene", "scenefile", "robot", "batch", "checking", "view",
+    "scene", "scenefile", "robot", "batch", "control", "checking", "view",
 )  # fmt: skip
 
 

@@ -81,14 +81,20 @@ def compare(name, law, count):
     blocks = ImpactBlocks(scene, ImpactCost("contact_impulses"))
     nv, modes, compared = scene.robot.nv, Counter(), 0
     for q, v in states(scene.robot, count):
-        step = blocks.calc([*q, *v])
-        truth, unsettled = differences(scene, q, v)
-        size = max(1.0, np.abs(truth).max())
+        try:
+            step = blocks.calc([*q, *v])
+        except InputError as error:
+            # Newton's law may gain energy with friction, which is no valid impact.
+            assert "ENERGY_GAIN" in str(error)
+            count -= 1
+            continue
         try:
             found = blocks.calc_diff(step)
         except InputError as error:
             assert "Painlevé" in str(error)
             continue
+        truth, unsettled = differences(scene, q, v)
+        size = max(1.0, np.abs(truth).max())
         # What has no derivative within a step of 2e-4 is a corner.
         if found.status.exists and unsettled < 3e-8 * size:
             ours = np.vstack([found.fx[nv:], found.outputs["contact_impulses"]])
