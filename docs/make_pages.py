@@ -177,10 +177,12 @@ def _skip_internal(
 
 
 def _public_signature(
-    _app: Any, _what: str, _name: str, _object: Any, _options: Any, signature: str, returned: str
-) -> tuple[str, str]:
-    """Leave out parameters that begin with an underscore."""
-    return re.sub(r"(, \*)?, _\w+=[^,)]*(\(\))?(?=[,)])", "", signature or ""), returned
+    _app: Any, _what: str, _name: str, _object: Any, _options: Any, signature: Any, returned: Any
+) -> tuple[str, str] | None:
+    """Leave out parameters that begin with an underscore; None keeps a signature as it is."""
+    if not signature:
+        return None
+    return re.sub(r"(, \*)?, _\w+=[^,)]*(\(\))?(?=[,)])", "", signature), returned
 
 
 def _keep_raises_as_text(lines: list[str]) -> None:
