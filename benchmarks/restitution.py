@@ -22,7 +22,7 @@ import impulsekit as ik
 from benchmarks.motions import FRICTION, INERTIA, MASS, RESTITUTION, WIDTH, cube_scene
 from impulsekit.mujoco import Impacts
 
-RESULTS = Path(__file__).parent / "results"
+RESULTS = Path(__file__).parent / "results/restitution"
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ASKED = (0.9, 0.5, 0.25)
 STEPS = (0.0005, 0.001, 0.002, 0.005)  # s

@@ -67,6 +67,7 @@ class ImpactCost:
             raise RangeError.of("weight", float(self.weight.min()), "0 or more")
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactStep(OneLine):
     """An impact as a step from x to x⁺; arrays are read-only.
@@ -84,6 +85,7 @@ class ImpactStep(OneLine):
     cost: float
 
 
+@public
 @dataclass(frozen=True, eq=False, repr=False)
 class ImpactStepSlopes(OneLine):
     """Derivatives of a step on the tangent of x; arrays are read-only.
