@@ -218,7 +218,7 @@ class Impacts:
             self._log += found
 
     def _new_events(self, listing: Listing, known: Counter[int], reached: int) -> Events:
-        """What has come to touch since ``known``, and approaches at the end of a step."""
+        """Return what has come to touch since ``known`` and approaches at a step's end."""
         now = Counter(listing.keys.tolist())
         contacts = len(listing.numbers)
         has_limits = self._limits is not None and len(listing.keys) - contacts > reached

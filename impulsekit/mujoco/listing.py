@@ -1,4 +1,4 @@
-"""What is close to touching at a state of MuJoCo: contacts and limits as rows, with their gaps."""
+"""Contacts and limits close to touching at a state of MuJoCo, as rows with their gaps."""
 
 from __future__ import annotations
 

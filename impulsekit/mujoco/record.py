@@ -20,7 +20,7 @@ __all__ = ["Parts", "StepImpact"]
 
 
 class Parts(NamedTuple):
-    """What the results of an impact are computed from.
+    """The numbers from which the results of an impact are computed.
 
     Attributes:
         model: a ``mujoco.MjModel``. state: of MuJoCo, before the impact.
