@@ -10,10 +10,9 @@
 
 #include "contact/tolerances.hpp"
 #include "derivatives/derivatives.hpp"
+#include "impact/known_impulses.hpp"
 #include "impact/scene_impact.hpp"
-#include "scene/blows.hpp"
 #include "scene/frame_pair_states.hpp"
-#include "spatial/articulated.hpp"
 #include "spatial/configuration.hpp"
 #include "spatial/tree.hpp"
 
@@ -53,29 +52,17 @@ class Block {
           scene_(*batch.scene),
           model_(*batch.scene->model),
           tree_(model_),
-          articulated_(model_),
+          known_(scene_),
           rows_(scene_),
           q_(model_.nq),
           v_(model_.nv),
           given_(6 * scene_.blows.size() + scene_.kicks.size()),
-          tau_(model_.nv),
           impulse_(model_.nv),
           dv_(model_.nv),
           M_(model_.nv * model_.nv),
           units_(units_of(model_)),
-          struck_(model_.bodies.size(), 0),
-          turned_(model_.bodies.size(), 0),
           lane_tree_(model_),
           derivation_(scene_, *batch.law) {
-        for (const Blow& blow : scene_.blows)
-            for (int k = blow.site.body; k > 0; k = model_.bodies[k].parent) {
-                struck_[k] = 1;
-                turned_[k] = turned_[k] || !blow.is_local;
-            }
-        for (int v : scene_.kicks)
-            for (const Slot& slot : model_.slots)
-                if (slot.v == v)
-                    for (int k = slot.body; k > 0; k = model_.bodies[k].parent) struck_[k] = 1;
         by_articulated_ = scene_.held.empty() && scene_.contacts.empty() && !model_.has_followers &&
                           !model_.has_ellipsoids && batch.is_regular;
         needs_loads_ = batch.out.reactions || batch.out.bodies;
@@ -134,9 +121,6 @@ class Block {
             else if (off[k] > kUnit * kUnit)
                 code = kOffManifold;
         }
-        std::fill(tau_.begin(), tau_.end(), Pack{});
-        for (std::size_t i = 0; i < scene_.kicks.size(); ++i)
-            tau_[scene_.kicks[i]] += given_[6 * scene_.blows.size() + i];
     }
 
     // Add to a body the inertia of links whose masses vary.
@@ -165,31 +149,13 @@ class Block {
 
     // Known impulses on a tree without rows.
     void respond_freely() {
-        auto& a = articulated_;
-        a.place(q_.data());
-        for (int k = 1; k < a.count() && !scene_.loads.empty(); ++k)
-            a.set_inertia(k, inertia_at(k));
-        a.factor();
-        for (int k = 1; k < a.count(); ++k)
-            if (turned_[k]) {
-                const int parent = model_.bodies[k].parent;
-                tree_.rotation[k] =
-                    turned_on(tree_.rotation[parent], model_.bodies[k], a.stance[k]);
-            }
-        auto add_forces = [&] {
-            std::fill(a.wrench.begin(), a.wrench.end(), Spatial<Pack>{});
-            for (std::size_t i = 0; i < scene_.blows.size(); ++i) {
-                const int body = scene_.blows[i].site.body;
-                a.wrench[body] +=
-                    wrench_of(scene_.blows[i], given_.data() + 6 * i, tree_.rotation[body], true);
-            }
-        };
-        add_forces();
-        a.respond(struck_.data(), tau_.data(), dv_.data());
-        if (b_.out.generalized_impulse || b_.out.energy_change) {
-            add_forces();
-            a.collect(struck_.data(), tau_.data(), impulse_.data());
-        }
+        known_.place(q_.data());
+        for (int k = 1; k < tree_.count() && !scene_.loads.empty(); ++k)
+            known_.tree.set_inertia(k, inertia_at(k));
+        known_.tree.factor();
+        known_.respond(given_.data(), dv_.data());
+        if (b_.out.generalized_impulse || b_.out.energy_change)
+            known_.collect(given_.data(), impulse_.data());
         const Pack flaws = flaw(dv_), blows = largest_of(given_), jumps = largest_of(dv_);
         for (int k = 0; k < count_; ++k) {
             std::int8_t& code = b_.out.codes[first_ + k];
@@ -213,7 +179,8 @@ class Block {
         tree_.mass_matrix(M_.data());
         add_blow_wrenches(scene_, given_.data(), tree_);
         tree_.gather(impulse_.data());
-        for (int i = 0; i < model_.nv; ++i) impulse_[i] += tau_[i];
+        for (std::size_t i = 0; i < scene_.kicks.size(); ++i)
+            impulse_[scene_.kicks[i]] += given_[6 * scene_.blows.size() + i];
         for (int k = 0; k < kLanes; ++k) state_[k] = given_of(row_of(k));
         rows_.fill(tree_, q_.data(), v_.data(), state_);
         impulses_.assign(3 * rows_.contact_frames.size(), Pack{});
@@ -308,8 +275,8 @@ class Block {
                 weigh(row_of(k));
                 for (int j = 0; j < model_.nv; ++j) w[j][k] = weights_[i * results + j];
             }
-            std::fill(articulated_.wrench.begin(), articulated_.wrench.end(), Spatial<Pack>{});
-            articulated_.respond(all.data(), w.data(), x.data());
+            std::fill(known_.tree.wrench.begin(), known_.tree.wrench.end(), Spatial<Pack>{});
+            known_.tree.respond(all.data(), w.data(), x.data());
             pull_back_blows(scene_, tree_, inertias.data(), given_.data(), w.data(), x.data(),
                             dv_.data(), slopes.data());
             for (int k = 0; k < count_; ++k) {
@@ -477,12 +444,11 @@ class Block {
     const Scene& scene_;
     const Model& model_;
     Tree<Pack> tree_;
-    ArticulatedTree<Pack> articulated_;
+    KnownImpulses<Pack> known_;
     Rows<Pack> rows_;
-    std::vector<Pack> q_, v_, given_, tau_, impulse_, dv_, M_;
+    std::vector<Pack> q_, v_, given_, impulse_, dv_, M_;
     std::vector<Pack> impulses_, moments_, multipliers_;
     std::vector<std::pair<int, int>> units_;
-    std::vector<char> struck_, turned_;
     bool by_articulated_ = false, needs_loads_ = false;
     int first_ = 0, count_ = 0;
     GivenState state_[kLanes];

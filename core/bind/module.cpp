@@ -8,6 +8,7 @@ namespace nb = nanobind;
 
 void bind_laws(nb::module_& module);
 void bind_impact(nb::module_& module);
+void bind_known_impulses(nb::module_& module);
 void bind_tree(nb::module_& module);
 void bind_scene(nb::module_& module);
 void bind_batch(nb::module_& module);
@@ -26,6 +27,7 @@ NB_MODULE(_core, module) {
     bind_impact(module);
     bind_tree(module);
     bind_scene(module);
+    bind_known_impulses(module);
     bind_batch(module);
     bind_lanes(module);
     bind_matrices(module);

@@ -131,6 +131,7 @@ struct ArticulatedTree {
     std::vector<Freed<S>> slots;
     std::vector<Spatial<S>> wrench;  // on each body about its origin, in its axes: used up
     std::vector<Spatial<S>> jump;    // of each body's twist
+    std::vector<int> bodies;         // those that move, from the roots outwards
 
     explicit ArticulatedTree(const Model& m)
         : model(m),
@@ -138,13 +139,15 @@ struct ArticulatedTree {
           inertia(m.bodies.size()),
           slots(m.slots.size()),
           wrench(m.bodies.size()),
-          jump(m.bodies.size()) {}
+          jump(m.bodies.size()) {
+        for (int k = 1; k < count(); ++k) bodies.push_back(k);
+    }
 
     int count() const { return static_cast<int>(model.bodies.size()); }
 
     // Place bodies at q (nq), with their own inertias.
     void place(const S* q) {
-        for (int k = 1; k < count(); ++k) {
+        for (int k : bodies) {
             set_stance(model.bodies[k], q, stance[k]);
             set_inertia(k, inertia_of<S>(model.bodies[k]));
         }
@@ -160,7 +163,8 @@ struct ArticulatedTree {
 
     // U and 1/D of all slots, from the tips inwards.
     void factor() {
-        for (int k = count() - 1; k > 0; --k) {
+        for (auto at = bodies.rbegin(); at != bodies.rend(); ++at) {
+            const int k = *at;
             const Body& body = model.bodies[k];
             Articulated<S>& a = inertia[k];
             if (body.turns_about_z() && model.slots[body.slot].armature == 0.0) {
@@ -180,7 +184,8 @@ struct ArticulatedTree {
     // Δv (nv), given `wrench` on the bodies and impulses τ (nv) in the joints; `struck`: whether a
     // body or something that hangs on it is, by body.
     void respond(const char* struck, const S* tau, S* dv) {
-        for (int k = count() - 1; k > 0; --k) {
+        for (auto at = bodies.rbegin(); at != bodies.rend(); ++at) {
+            const int k = *at;
             if (!struck[k]) continue;
             const Body& body = model.bodies[k];
             for (int a = body.slot + body.freedoms - 1; a >= body.slot; --a) {
@@ -190,7 +195,7 @@ struct ArticulatedTree {
             }
             if (body.parent > 0) wrench[body.parent] += inwards(k, wrench[k]);
         }
-        for (int k = 1; k < count(); ++k) {
+        for (int k : bodies) {
             const Body& body = model.bodies[k];
             Spatial<S> own = body.parent > 0 ? outwards(k, jump[body.parent]) : Spatial<S>{};
             for (int a = body.slot; a < body.slot + body.freedoms; ++a) {
@@ -207,7 +212,8 @@ struct ArticulatedTree {
 
     // I = τ + Jᵀp (nv) of the wrenches as `respond` takes them; they are used up.
     void collect(const char* struck, const S* tau, S* impulse) {
-        for (int k = count() - 1; k > 0; --k) {
+        for (auto at = bodies.rbegin(); at != bodies.rend(); ++at) {
+            const int k = *at;
             const Body& body = model.bodies[k];
             for (int a = body.slot; a < body.slot + body.freedoms; ++a) {
                 const int v = model.slots[a].v;

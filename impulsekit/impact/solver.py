@@ -19,7 +19,7 @@ from ..scene import Scene
 from ..scene.impulses import impulse_numbers, with_numbers
 from ..scene.scene import ThreadCache, scene_at
 from .known import KnownImpulses
-from .plan import Plan, needs_core, plan_of, touched_joints
+from .plan import Plan, needs_rows, plan_of
 from .result import Impact
 from .scene_jump import SceneJump
 
@@ -49,7 +49,7 @@ class ImpactSolver:
         >>> scene = Scene(robot, [AppliedImpulse("panda_hand", linear=[0, 0, 1])])
         >>> solver = ImpactSolver(scene)
         >>> solver.plan.algorithm
-        'crba'
+        'articulated'
         >>> solver.solve(robot.neutral(), robot.velocity()).dv.shape
         (9,)
     """
@@ -109,11 +109,9 @@ class _Workspace:
         self._has_unit_entries = model.nq > model.nv
         self._rows: SceneJump | None = None
         self._velocity_jump: Callable[..., np.ndarray] = self._no_jump
-        if not needs_core(scene):
-            algorithm = plan_of(scene).algorithm
-            if algorithm != "none":
-                known = KnownImpulses(scene, touched_joints(scene), algorithm)
-                self._velocity_jump = known.velocity_jump
+        if not needs_rows(scene):
+            if plan_of(scene).algorithm != "none":
+                self._velocity_jump = KnownImpulses(scene).velocity_jump
             return
         if scene.robot.massless_motions:
             # It refuses what is singular at every configuration.
