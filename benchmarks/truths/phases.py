@@ -89,7 +89,7 @@ class Way:
         if root < 0:
             return None
         below = self.un + self.numbers.sqrt(root)
-        return 2 * work / below if below > 0 else None
+        return self.numbers.number(2 * work) / below if below > 0 else None
 
     def goal(self, un: Any, p: Any, work: Any) -> Any:
         """What is left of the phase, in its own kind, after p more; 0 or less where it is over."""
