@@ -220,7 +220,7 @@ class Block {
         extract_lane(tree_, k, lane_tree_);
         Differentiated d;
         d.is_closed =
-            find_frame_pair_states(rows_, lane_tree_, k, lane_, pairs_, derivation_.contact);
+            find_frame_pair_states(scene_, lane_tree_, lane_, pairs_, derivation_.contact);
         entries_.clear();
         for (const StateRows::Point& point : lane_.points) entries_.push_back(point.entry);
         d.tree = &lane_tree_;
@@ -232,30 +232,17 @@ class Block {
         d.masses = b_.in.masses.row(row);
         d.has_own_restitution = !b_.in.restitution.data;
         derivation_.set(d);
+        derivation_.check_rows();
         b_.out.existence[row] = static_cast<std::int8_t>(derivation_.existence);
         if (derivation_.unavailable != Unavailable::none) return;
         weigh(row);
         const std::size_t width = derivation_.slopes(), count = b_.in.parameters.size();
         slopes_.resize(sets() * width);
-        pull_back_all(derivation_, weights_.data(), static_cast<int>(sets()), slopes_.data());
+        derivation_.pull_back(weights_.data(), static_cast<int>(sets()), slopes_.data());
         double* to = b_.out.slopes + row * sets() * count;
         for (std::size_t i = 0; i < sets(); ++i)
             for (std::size_t j = 0; j < count; ++j)
-                to[i * count + j] = is_determined(i) ? slopes_[i * width + b_.in.parameters[j]]
-                                                     : std::numeric_limits<double>::quiet_NaN();
-    }
-
-    // True if what a set of weights sums up is determined: not a share of redundant loads.
-    bool is_determined(std::size_t set) const {
-        const double* w = weights_.data() + set * derivation_.results() + model_.nv;
-        for (int r = 0; r < scene_.rows(); ++r)
-            if (w[r] != 0.0 && !derivation_.determined[r]) return false;
-        w += scene_.rows();
-        for (std::size_t i = 0; i < entries_.size(); ++i)
-            if (!solution_.contact.unique[i])
-                for (int j = 0; j < 3; ++j)
-                    if (w[3 * entries_[i] + j] != 0.0) return false;
-        return true;
+                to[i * count + j] = slopes_[i * width + b_.in.parameters[j]];
     }
 
     // Slopes under known impulses alone, eight rows side by side.
@@ -366,13 +353,7 @@ class Block {
             const StateRows::Point& point = lane_.points[i];
             const double* P = solution_.contact.impulse.data() + 3 * i;
             double* to = totals_.data() + 6 * point.entry;
-            const Contact& contact = scene_.contacts[point.entry];
-            if (contact.kind == Contact::stop)
-                to[0] += lane_.J[(3 * i + 2) * model_.nv + contact.v] * P[2];
-            else
-                for (int j = 0; j < 3; ++j)
-                    to[j] += point.axes[3 * j] * P[0] + point.axes[3 * j + 1] * P[1] +
-                             point.axes[3 * j + 2] * P[2];
+            add_world_impulse(scene_, lane_, static_cast<int>(i), P, to);
             if (P[0] == 0.0 && P[1] == 0.0 && P[2] == 0.0) continue;
             ++loaded_[point.entry];
             to[3] += solution_.before[3 * i + 2];

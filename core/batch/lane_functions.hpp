@@ -8,7 +8,8 @@ namespace impulsekit {
 
 struct LaneFunctions {
     decltype(&impulsekit::solve_rows) solve_rows;
-    decltype(&impulsekit::pull_back_all) pull_back_all;
+    decltype(&Derivation::check_rows) check_rows;
+    decltype(&Derivation::pull_back) pull_back;
 };
 
 }  // namespace impulsekit

@@ -76,6 +76,18 @@ std::pair<ContactPoint, double> follow_of(const Feature& feature, const Bodies& 
 
 Numbers numbers(const Vec3<double>& a) { return array_of(std::vector<double>{a.x, a.y, a.z}); }
 
+// Of kind, pieces and index, and the fixed point.
+Feature feature_of(const std::vector<int>& whole, const std::vector<double>& fixed) {
+    if (whole.size() != 7 || fixed.size() != 3 || whole[0] < 0 || whole[0] > Feature::nearest_part)
+        throw nb::value_error("feature: expected seven whole numbers and three others");
+    Feature f;
+    f.kind = static_cast<Feature::Kind>(whole[0]);
+    std::copy_n(whole.begin() + 1, 2, f.piece);
+    std::copy_n(whole.begin() + 3, 4, f.index);
+    std::copy_n(fixed.begin(), 3, f.fixed);
+    return f;
+}
+
 void bind_shapes(nb::module_& module) {
     nb::class_<Shape>(module, "Shape", "A convex piece of a body, in the axes of its joint.")
         .def_ro("reach", &Shape::reach)
@@ -135,8 +147,25 @@ void bind_geometry(nanobind::module_& module) {
     nb::class_<Feature>(module, "Feature", "The name of a point at which two bodies touch.")
         .def_prop_ro("kind", [](const Feature& f) { return static_cast<int>(f.kind); })
         .def_prop_ro("pieces", [](const Feature& f) { return std::pair(f.piece[0], f.piece[1]); })
-        .def_prop_ro("index", [](const Feature& f) {
-            return std::tuple(f.index[0], f.index[1], f.index[2], f.index[3]);
+        .def_prop_ro("index",
+                     [](const Feature& f) {
+                         return std::tuple(f.index[0], f.index[1], f.index[2], f.index[3]);
+                     })
+        .def(
+            "__init__",
+            [](Feature* f, const std::vector<int>& whole, const std::vector<double>& fixed) {
+                new (f) Feature(feature_of(whole, fixed));
+            },
+            nb::arg("whole"), nb::arg("fixed"))
+        .def_prop_ro("whole",
+                     [](const Feature& f) {
+                         return std::vector<int>{f.kind,     f.piece[0], f.piece[1], f.index[0],
+                                                 f.index[1], f.index[2], f.index[3]};
+                     })
+        .def_prop_ro("fixed",
+                     [](const Feature& f) { return std::vector<double>(f.fixed, f.fixed + 3); })
+        .def("__reduce__", [](const nb::object& f) {
+            return nb::make_tuple(f.type(), nb::make_tuple(f.attr("whole"), f.attr("fixed")));
         });
     nb::class_<ContactPoint>(module, "ContactPoint", "A point at which two bodies touch.")
         .def_ro("feature", &ContactPoint::feature)

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bind/arrays.hpp"
+#include "impact/scene_impact.hpp"
 #include "linalg/numbers.hpp"
 #include "scene/scene.hpp"
 
@@ -45,6 +46,8 @@ GivenArrays given_of(const std::optional<Array>& function_rows,
                      const std::optional<std::vector<bool>>& only);
 // Refuse arrays that are not of the scene's size.
 void check_given(const GivenScene& self, const GivenArrays& given);
+// Refuse a law or an impact of another scene.
+void check_impact(const GivenScene& self, const ContactLaw& law, const SceneImpact& impact);
 
 void check_body(const Model& model, int body);
 // A direction in the axes of a joint, in those of its body.

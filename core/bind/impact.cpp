@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "bind/given_scene.hpp"
-#include "impact/scene_impact.hpp"
 
 namespace nb = nanobind;
 
@@ -19,19 +18,33 @@ namespace {
 // The impact of a scene at one state, whose rows say what has no direction there.
 SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array& q, const Array& v,
                       const Array& impulses, const GivenArrays& given) {
-    const Scene& scene = self.scene;
-    const double *at = data_of(q, self.model.nq, "q"), *speeds = data_of(v, self.model.nv, "v");
-    const double* p = data_of(impulses, 6 * scene.blows.size() + scene.kicks.size(), "impulses");
-    check_given(self, given);
-    if (law.contacts.size() != scene.contacts.size())
-        throw nb::value_error("law: must have coefficients for each contact");
     SceneImpact impact;
+    impact.q.assign(q.data(), q.data() + q.size());
+    impact.v.assign(v.data(), v.data() + v.size());
+    impact.numbers.assign(impulses.data(), impulses.data() + impulses.size());
+    check_given(self, given);
+    check_impact(self, law, impact);
     const nb::gil_scoped_release release;
-    solve_scene(scene, law, at, speeds, p, given.state(), impact);
+    solve_scene(self.scene, law, given.state(), impact);
     return impact;
 }
 
 }  // namespace
+
+void check_impact(const GivenScene& self, const ContactLaw& law, const SceneImpact& impact) {
+    const Scene& scene = self.scene;
+    const auto check = [](std::size_t size, std::size_t expected, const char* name) {
+        if (size != expected)
+            throw nb::value_error((std::string(name) + ": expected " + std::to_string(expected) +
+                                   " numbers, got " + std::to_string(size))
+                                      .c_str());
+    };
+    check(impact.q.size(), self.model.nq, "q");
+    check(impact.v.size(), self.model.nv, "v");
+    check(impact.numbers.size(), 6 * scene.blows.size() + scene.kicks.size(), "impulses");
+    check(law.contacts.size(), scene.contacts.size(), "law: contacts");
+}
+
 }  // namespace impulsekit
 
 void bind_constrained_mass(nb::module_& module);
@@ -95,12 +108,16 @@ void bind_impact(nb::module_& module) {
             "dv", [](const SceneImpact& s) { return array_of(s.solution.dv); }, kCopy)
         .def_prop_ro("failure",
                      [](const SceneImpact& s) { return static_cast<int>(s.solution.failure); })
+        .def_prop_ro("has_directions", &SceneImpact::has_directions,
+                     "False if nothing was solved: a line or an ellipse has no direction here.")
         .def_prop_ro(
-            "without_direction",
-            [](const SceneImpact& s) {
-                return s.rows.without_line >= 0 || s.rows.without_ellipse >= 0;
+            "code", [](const SceneImpact& s) { return code_of(s.solution); }, "Of its Status.")
+        .def(
+            "contact_impulses",
+            [](const SceneImpact& s, const GivenScene& scene) {
+                return array_of(contact_impulses(scene.scene, s));
             },
-            "True if nothing was solved: a line or an ellipse has no direction here.");
+            nb::arg("scene"), kCopy, "(3 contacts) in world axes.");
     module.def(
         "solve_scene",
         [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,

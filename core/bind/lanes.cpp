@@ -35,7 +35,7 @@ void use_instruction_set(const std::string& name) {
     if (std::find(all.begin(), all.end(), name) == all.end())
         throw nb::value_error(("unknown instruction set \"" + name + "\"").c_str());
     if (name.empty()) {
-        in_use = LaneFunctions{&solve_rows, &pull_back_all};
+        in_use = LaneFunctions{&solve_rows, &Derivation::check_rows, &Derivation::pull_back};
         return;
     }
     const nb::module_ variant = nb::module_::import_(("impulsekit._core_" + name).c_str());

@@ -301,6 +301,14 @@ void bind_state_rows(nb::module_& module) {
                 return array_of(of_points(r, [](const Point& p) { return p.ellipse; }, 2));
             },
             nb::rv_policy::move)
+        .def_prop_ro(
+            "features",
+            [](const StateRows& r) {
+                std::vector<Feature> found;
+                for (const Point& p : r.points) found.push_back(p.feature);
+                return found;
+            },
+            "The names of the points, of bodies of any shapes alone.")
         .def_ro("without_line", &StateRows::without_line)
         .def_ro("without_ellipse", &StateRows::without_ellipse);
 }

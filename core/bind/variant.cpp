@@ -5,7 +5,8 @@
 
 NB_MODULE(IMPULSEKIT_VARIANT, module) {
     using namespace impulsekit;
-    static const LaneFunctions functions{&solve_rows, &pull_back_all};
+    static const LaneFunctions functions{&solve_rows, &Derivation::check_rows,
+                                         &Derivation::pull_back};
     module.doc() = "Batches and derivatives of impulsekit's core for one instruction set.";
     module.attr("functions") = nanobind::capsule(&functions, "impulsekit.LaneFunctions");
 }

@@ -158,7 +158,6 @@ void Derivation::set(const Differentiated& given) {
     for (std::size_t t = 0; t < velocities_.size(); ++t)
         tree.move(velocities_[t].data(), twists_[t]);
     for (Stage& stage : stages_) find_wrenches(stage);
-    check_rows();
 }
 
 // M⁻¹ Gᵀ and W of all rows, and what fills up a singular M.

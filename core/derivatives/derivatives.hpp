@@ -74,8 +74,9 @@ class Derivation {
     Derivation(const Scene& scene, const ContactLaw& law);
     ~Derivation();
 
-    // Make an impact linear in its modes.
+    // Make an impact linear in its modes; `check_rows` then finds where it has no slopes.
     void set(const Differentiated& given);
+    void check_rows();
 
     const Parameters parameters;
     Existence existence = Existence::exists;
@@ -83,15 +84,13 @@ class Derivation {
     int contact = -1;  // the contact that is not available
     std::vector<ModeEdge> edges;
     std::vector<char> determined;  // (rows of bilateral) whether each λ has derivatives
-    const std::vector<char>& consistent() const { return consistent_; }
 
     int results() const;  // v⁺ (nv), λ (rows), the impulse (3) of each contact in the world
     int slopes() const { return parameters.count + (given_.inertia_of < 0 ? 0 : 10); }
 
-    // Slopes of Σ weight · result by all parameters, NaN by those for which there are none. S is
-    // double, or Pack for eight sets of weights side by side.
-    template <typename S>
-    void pull_back(const S* weights, S* slopes) const;
+    // (count, slopes) of Σ weight · result for sets of weights (count, results), eight side by
+    // side; NaN by parameters for which there are none, and of shares of redundant loads.
+    void pull_back(const double* weights, int count, double* slopes) const;
 
   private:
     struct Stage;
@@ -120,7 +119,10 @@ class Derivation {
                            std::vector<double>& shares);
     Stage stage_of_hit(int point, const double* impulse, int& now);
     void follow_hit(int point, const double* share, int& now, bool along_path);
-    void check_rows();
+    void check_stage(int number);
+    template <typename S>
+    void pull_set_back(Pass<S>& pass, const S* weights, S* slopes) const;
+    bool is_determined(const double* weights) const;
     void find_wrenches(Stage& stage) const;
     std::vector<double> unit_impulses(int point, int row) const;
     bool is_split_open() const;
@@ -147,9 +149,6 @@ class Derivation {
     std::vector<FramePairState<double>> held_pairs_, blow_pairs_;
     std::vector<char> consistent_;
 };
-
-// (count, slopes) of weights (count, results), eight sets side by side.
-void pull_back_all(const Derivation& of, const double* weights, int count, double* slopes);
 
 // The same of known impulses on a tree that nothing holds or touches, for states side by side; x:
 // M⁻¹ of the weights of v⁺, which are what the slopes by v⁻ are.

@@ -42,21 +42,21 @@ void put(const Vec3<S>& a, S* to) {
 
 }  // namespace
 
-// Weights of v⁺, λ and P in the axes of the points; or of one row's velocity in one stage.
+// Weights of v⁺, λ and P in the axes of the points; or of rows' velocities in one stage.
 template <typename S>
 struct Derivation::Seed {
     const S* after = nullptr;
     const S* multipliers = nullptr;
     const S* impulses = nullptr;  // (contacts, 3) in the world
-    int stage = -1;               // the one stage, and its row
-    int row = 0;
-    bool is_given = false;  // what the row is given, in place of its velocity
+    int stage = -1;               // the one stage, and its row in each lane
+    int rows[Number<S>::lanes] = {};
+    bool is_given = false;  // what the rows are given, in place of their velocities
 };
 
 template <typename S>
 class Derivation::Pass {
   public:
-    Pass(const Derivation& of, S* slopes)
+    explicit Pass(const Derivation& of)
         : d_(of),
           p_(*of.given_.problem),
           at_(of.parameters),
@@ -65,23 +65,10 @@ class Derivation::Pass {
           n_(of.n_),
           rows_(m_ + 3 * n_),
           gradient_(*of.given_.tree),
-          slopes_(slopes),
-          end_(nv_, S{}),
-          before_(nv_, S{}),
-          e_(n_, S{}),
-          share_(n_, S{}),
-          P_(3 * n_, S{}),
-          lambda_(m_, S{}),
-          rho_(of.velocities_.size() * rows_, S{}),
-          met_(of.velocities_.size()),
-          contacts_(n_),
-          held_(of.held_pairs_.size()),
-          blows_(of.blow_pairs_.size()) {
-        std::fill(slopes, slopes + of.slopes(), S{});
-        gradient_.begin();
-    }
+          met_(of.velocities_.size()) {}
 
-    void run(const Seed<S>& seed) {
+    void run(const Seed<S>& seed, S* slopes) {
+        begin(slopes);
         int last = static_cast<int>(d_.stages_.size()) - 1;
         if (seed.stage >= 0)
             last = seed.stage;
@@ -92,6 +79,30 @@ class Derivation::Pass {
     }
 
   private:
+    void begin(S* slopes) {
+        slopes_ = slopes;
+        std::fill(slopes, slopes + d_.slopes(), S{});
+        gradient_.begin();
+        end_.assign(nv_, S{});
+        before_.assign(nv_, S{});
+        e_.assign(n_, S{});
+        share_.assign(n_, S{});
+        P_.assign(3 * n_, S{});
+        lambda_.assign(m_, S{});
+        rho_.assign(met_.size() * rows_, S{});
+        contacts_.assign(n_, {});
+        held_.assign(d_.held_pairs_.size(), {});
+        blows_.assign(d_.blow_pairs_.size(), {});
+        for (Met& met : met_) {
+            met.is_used = false;
+            met.wrench.clear();
+        }
+    }
+
+    static void add(S& x, int lane, double more) {
+        Number<S>::set(x, lane, Number<S>::get(x, lane) + more);
+    }
+
     void add_seed(const Seed<S>& seed) {
         if (seed.after) std::copy(seed.after, seed.after + nv_, end_.begin());
         if (seed.multipliers) std::copy(seed.multipliers, seed.multipliers + m_, lambda_.begin());
@@ -117,9 +128,9 @@ class Derivation::Pass {
         const int count = static_cast<int>(stage.rows.size()), m = stage.bilateral();
         y_.assign(count, S{});
         x_ = end_;
-        if (seed && !seed->is_given) {
-            const double* own = d_.row(stage.rows[seed->row]);
-            for (int i = 0; i < nv_; ++i) x_[i] += own[i];
+        for (int k = 0; seed && !seed->is_given && k < Number<S>::lanes; ++k) {
+            const double* own = d_.row(stage.rows[seed->rows[k]]);
+            for (int i = 0; i < nv_; ++i) add(x_[i], k, own[i]);
         }
         for (int r = 0; r < count; ++r)
             y_[r] = inner(d_.response_.data() + stage.rows[r] * nv_, x_.data(), nv_);
@@ -136,7 +147,8 @@ class Derivation::Pass {
         for (int r = 0; r < count; ++r) y_[r] *= stage.scale[r];
         directly(stage, m);
         mix(stage, m);
-        if (seed && seed->is_given) g_[seed->row] += 1.0;
+        for (int k = 0; seed && seed->is_given && k < Number<S>::lanes; ++k)
+            add(g_[seed->rows[k]], k, 1.0);
         for (int r = 0; r < count; ++r) {
             const double* own = d_.row(stage.rows[r]);
             for (int i = 0; i < nv_; ++i)
@@ -407,7 +419,7 @@ class Derivation::Pass {
     const Parameters& at_;
     const int nv_, m_, n_, rows_;
     TreeGradient<double, S> gradient_;
-    S* slopes_;
+    S* slopes_ = nullptr;
     std::vector<S> end_, before_, e_, share_, P_, lambda_, rho_;
     std::vector<Met> met_;
     std::vector<PairGradient> contacts_, held_, blows_;
@@ -459,32 +471,48 @@ void Derivation::find_wrenches(Stage& stage) const {
 }
 
 template <typename S>
-void Derivation::pull_back(const S* weights, S* slopes) const {
+void Derivation::pull_set_back(Pass<S>& pass, const S* weights, S* slopes) const {
     Seed<S> seed;
     seed.after = weights;
     seed.multipliers = weights + nv_;
     seed.impulses = weights + nv_ + m_;
-    Pass<S>(*this, slopes).run(seed);
+    pass.run(seed, slopes);
     for (int k = 0; k < this->slopes(); ++k)
         if (!consistent_[k]) slopes[k] = S{} + std::numeric_limits<double>::quiet_NaN();
 }
 
-template void Derivation::pull_back(const double*, double*) const;
-template void Derivation::pull_back(const Pack*, Pack*) const;
-
-void pull_back_all(const Derivation& of, const double* weights, int count, double* slopes) {
-    const int results = of.results(), width = of.slopes();
-    if (count == 1) return of.pull_back(weights, slopes);
+void Derivation::pull_back(const double* weights, int count, double* slopes) const {
+    const int results = this->results(), width = this->slopes();
+    if (count == 1) {
+        Pass<double> pass(*this);
+        pull_set_back(pass, weights, slopes);
+    }
+    Pass<Pack> pass(*this);
     std::vector<Pack> in(results), out(width);
-    for (int first = 0; first < count; first += kLanes) {
+    for (int first = 0; first < count && count > 1; first += kLanes) {
         const int own = std::min(kLanes, count - first);
         for (int k = 0; k < kLanes; ++k)
             for (int i = 0; i < results; ++i)
                 in[i][k] = k < own ? weights[(first + k) * results + i] : 0.0;
-        of.pull_back(in.data(), out.data());
+        pull_set_back(pass, in.data(), out.data());
         for (int k = 0; k < own; ++k)
             for (int i = 0; i < width; ++i) slopes[(first + k) * width + i] = out[i][k];
     }
+    for (int i = 0; i < count; ++i)
+        if (!is_determined(weights + i * results))
+            std::fill_n(slopes + i * width, width, std::numeric_limits<double>::quiet_NaN());
+}
+
+// True if what weights sum up is determined: not a share of redundant loads.
+bool Derivation::is_determined(const double* weights) const {
+    const double *multipliers = weights + nv_, *impulses = multipliers + m_;
+    for (int r = 0; r < m_; ++r)
+        if (multipliers[r] != 0.0 && !determined[r]) return false;
+    for (int i = 0; i < n_; ++i)
+        if (!given_.solution->contact.unique[i])
+            for (int k = 0; k < 3; ++k)
+                if (impulses[3 * given_.entries[i] + k] != 0.0) return false;
+    return true;
 }
 
 template <typename S>
@@ -537,35 +565,45 @@ void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* 
 template void pull_back_blows(const Scene&, const Tree<Pack>&, const Inertia<Pack>*, const Pack*,
                               const Pack*, const Pack*, const Pack*, Pack*);
 
-// Check that demands that were left out or are shared are met, whatever changes.
-void Derivation::check_rows() {
+// Whether demands that were left out or are shared are met, whatever changes, eight side by side.
+void Derivation::check_stage(int number) {
+    const Stage& stage = stages_[number];
     const int count = slopes();
-    bool open = is_split_open();
-    std::vector<double> made(count), given(count), gap(count), size(count);
-    for (std::size_t k = 0; k < stages_.size() && !open; ++k) {
-        const Stage& stage = stages_[k];
-        open = stage.is_open;
-        if (std::find(stage.kept.begin(), stage.kept.end(), 1) == stage.kept.end()) continue;
-        // The part given by the configuration is a difference of terms of this size.
-        double rows = 0.0, speed = 0.0;
-        for (int r : stage.rows) rows = std::max(rows, largest(row(r), nv_));
-        for (int v : {stage.start, stage.end})
-            speed = std::max(speed, largest(velocities_[v].data(), nv_));
-        for (std::size_t r = 0; r < stage.rows.size() && !open; ++r) {
-            if (!stage.kept[r]) continue;
-            Seed<double> seed;
-            seed.stage = static_cast<int>(k);
-            seed.row = static_cast<int>(r);
-            Pass<double>(*this, made.data()).run(seed);
-            seed.is_given = true;
-            Pass<double>(*this, given.data()).run(seed);
-            for (int i = 0; i < count; ++i) {
-                const double terms = rows * speed + std::abs(made[i]) + std::abs(given[i]);
-                if (!(std::abs(made[i] - given[i]) <= kContradiction * terms)) consistent_[i] = 0;
+    // The part given by the configuration is a difference of terms of this size.
+    double rows = 0.0, speed = 0.0;
+    for (int r : stage.rows) rows = std::max(rows, largest(row(r), nv_));
+    for (int v : {stage.start, stage.end})
+        speed = std::max(speed, largest(velocities_[v].data(), nv_));
+    std::vector<int> kept;
+    for (std::size_t r = 0; r < stage.rows.size(); ++r)
+        if (stage.kept[r]) kept.push_back(static_cast<int>(r));
+    Pass<Pack> pass(*this);
+    std::vector<Pack> made(count), given(count);
+    for (std::size_t first = 0; first < kept.size(); first += kLanes) {
+        Seed<Pack> seed;
+        seed.stage = number;
+        for (int k = 0; k < kLanes; ++k) seed.rows[k] = kept[std::min(first + k, kept.size() - 1)];
+        pass.run(seed, made.data());
+        seed.is_given = true;
+        pass.run(seed, given.data());
+        for (int i = 0; i < count; ++i)
+            for (int k = 0; k < kLanes; ++k) {
+                const double a = made[i][k], b = given[i][k],
+                             terms = rows * speed + std::abs(a) + std::abs(b);
+                if (!(std::abs(a - b) <= kContradiction * terms)) consistent_[i] = 0;
             }
-        }
-        // v⁺ hangs on shares of load that change with the configuration.
-        if (!stage.even.empty()) std::fill_n(consistent_.begin() + parameters.q, nv_, 0);
+    }
+    // v⁺ hangs on shares of load that change with the configuration.
+    if (!stage.even.empty()) std::fill_n(consistent_.begin() + parameters.q, nv_, 0);
+}
+
+void Derivation::check_rows() {
+    if (unavailable != Unavailable::none) return;
+    bool open = is_split_open();
+    for (const Stage& stage : stages_) open = open || stage.is_open;
+    for (std::size_t k = 0; k < stages_.size() && !open; ++k) {
+        const std::vector<char>& kept = stages_[k].kept;
+        if (std::find(kept.begin(), kept.end(), 1) != kept.end()) check_stage(static_cast<int>(k));
     }
     if (open) std::fill(consistent_.begin(), consistent_.end(), 0);
     determined.assign(m_, 1);

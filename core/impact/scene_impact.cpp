@@ -22,33 +22,60 @@ ImpactProblem problem_of(const Scene& scene, const StateRows& rows, const Law& l
     return p;
 }
 
-void solve_scene(const Scene& scene, const ContactLaw& law, const double* q, const double* v,
-                 const double* impulses, const GivenState& given, SceneImpact& impact) {
+ImpactProblem problem_of(const Scene& scene, const ContactLaw& law, const SceneImpact& impact,
+                         PointCoefficients& coefficients) {
+    ImpactProblem p = problem_of(scene, impact.rows, law.law);
+    p.M = impact.M.data();
+    p.v = impact.v.data();
+    if (!impact.numbers.empty()) p.impulse = impact.impulse.data();
+    coefficients.set(law, impact.rows, nullptr, nullptr, p);
+    return p;
+}
+
+void solve_scene(const Scene& scene, const ContactLaw& law, const GivenState& given,
+                 SceneImpact& impact) {
     const int nv = scene.model->nv;
     Tree<double> tree(*scene.model);
-    tree.place(q);
+    tree.place(impact.q.data());
     tree.weigh();
     impact.M.resize(static_cast<std::size_t>(nv) * static_cast<std::size_t>(nv));
     tree.mass_matrix(impact.M.data());
     Rows<double> rows(scene);
-    rows.fill(tree, q, v, &given);
+    rows.fill(tree, impact.q.data(), impact.v.data(), &given);
     rows.extract(tree, 0, impact.rows);
-    if (impact.rows.without_line >= 0 || impact.rows.without_ellipse >= 0) return;
-    ImpactProblem p = problem_of(scene, impact.rows, law.law);
-    p.M = impact.M.data();
-    p.v = v;
-    if (scene.blows.size() + scene.kicks.size() > 0) {
+    if (!impact.has_directions()) return;
+    if (!impact.numbers.empty()) {
         impact.impulse.resize(nv);
-        add_blow_wrenches(scene, impulses, tree);
+        add_blow_wrenches(scene, impact.numbers.data(), tree);
         tree.gather(impact.impulse.data());
-        const double* kicks = impulses + 6 * scene.blows.size();
+        const double* kicks = impact.numbers.data() + 6 * scene.blows.size();
         for (std::size_t i = 0; i < scene.kicks.size(); ++i)
             impact.impulse[scene.kicks[i]] += kicks[i];
-        p.impulse = impact.impulse.data();
     }
     PointCoefficients coefficients;
-    coefficients.set(law, impact.rows, nullptr, nullptr, p);
-    solve_impact(p, impact.solution);
+    solve_impact(problem_of(scene, law, impact, coefficients), impact.solution);
+}
+
+void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
+                       double* to) {
+    const StateRows::Point& own = rows.points[point];
+    const Contact& contact = scene.contacts[own.entry];
+    if (contact.kind == Contact::stop) {
+        to[0] += rows.J[(3 * point + 2) * scene.model->nv + contact.v] * P[2];
+        return;
+    }
+    for (int j = 0; j < 3; ++j)
+        to[j] += own.axes[3 * j] * P[0] + own.axes[3 * j + 1] * P[1] + own.axes[3 * j + 2] * P[2];
+}
+
+std::vector<double> contact_impulses(const Scene& scene, const SceneImpact& impact) {
+    std::vector<double> found(3 * scene.contacts.size());
+    const std::vector<StateRows::Point>& points = impact.rows.points;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        add_world_impulse(scene, impact.rows, static_cast<int>(i),
+                          impact.solution.contact.impulse.data() + 3 * i,
+                          found.data() + 3 * points[i].entry);
+    return found;
 }
 
 }  // namespace impulsekit

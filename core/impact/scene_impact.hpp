@@ -9,18 +9,33 @@
 
 namespace impulsekit {
 
+// An impact, with all that it was solved from.
 struct SceneImpact {
+    std::vector<double> q, v;     // (nq), (nv) before it
+    std::vector<double> numbers;  // of the known impulses: six of each blow, then of each kick
     StateRows rows;
     std::vector<double> M, impulse;  // (nv, nv); (nv) of the known impulses
     ImpactSolution solution;
+
+    bool has_directions() const { return rows.without_line < 0 && rows.without_ellipse < 0; }
 };
 
-// The impact of a scene under a law at q (nq), v (nv); `impulses`: six numbers of each blow, then
-// one of each kick. Without directions of lines or ellipses nothing is solved: see `rows`.
-void solve_scene(const Scene& scene, const ContactLaw& law, const double* q, const double* v,
-                 const double* impulses, const GivenState& given, SceneImpact& impact);
+// Solve the impact of a scene under a law at its q, v and numbers. Without directions of lines or
+// ellipses nothing is solved.
+void solve_scene(const Scene& scene, const ContactLaw& law, const GivenState& given,
+                 SceneImpact& impact);
+
+// The problem that an impact is the solution of; `coefficients` are those that it refers to.
+ImpactProblem problem_of(const Scene& scene, const ContactLaw& law, const SceneImpact& impact,
+                         PointCoefficients& coefficients);
 
 // The problem of a scene's rows but for M, v, impulses and coefficients.
 ImpactProblem problem_of(const Scene& scene, const StateRows& rows, const Law& law);
+
+// Add the impulse P (3) of a point in world axes; of a stop along its coordinate, then two zeros.
+void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
+                       double* to);
+// (contacts, 3) the impulses of a scene's contacts in world axes.
+std::vector<double> contact_impulses(const Scene& scene, const SceneImpact& impact);
 
 }  // namespace impulsekit

@@ -153,7 +153,12 @@ class Rows {
                               StateRows& to) const {
         StateRows::Point p;
         p.entry = t.entry;
+        p.first = t.first;
+        p.other = t.other;
         p.of_bodies = t.of_bodies;
+        p.end = get(t.place, k);
+        p.other_end = get(t.other_place, k);
+        if (t.feature >= 0) p.feature = features[t.feature + k];
         p.gap = get(t.gap, k);
         const Vec3<double> x = get(t.axes.x, k), y = get(t.axes.y, k), n = get(t.axes.z, k);
         const Vec3<double> place = get(tree.world_place(t.place), k);

@@ -126,10 +126,12 @@ struct GivenState {
 // The rows of one state, of those points alone that touch, as a law of contact takes them.
 struct StateRows {
     struct Point {
-        int entry = 0;
+        int entry = 0, first = 0, other = 0;  // bodies; both 0 for a stop or functions
         bool of_bodies = false;
         double axes[9], place[3], gap = 0.0;  // axes row by row: columns t₁, t₂, n
         double ellipse[2] = {1.0, 0.0};       // first axis of elliptic friction in the tangents
+        Vec3<double> end, other_end;          // both ends where the tree has its places
+        Feature feature;                      // of bodies of any shapes
     };
     std::vector<double> A, target;  // (rows, nv), (rows)
     // (rows) length of the whole vector over that of its longest axis among the rows.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .constraint_results import ConstraintResult
     from .mechanics import Mechanics
     from .outcome import Outcome
+    from .scene_jump import Solved
 
 __all__ = ["Answer"]
 
@@ -30,13 +31,15 @@ class Answer(Displayed):
         q: np.ndarray,
         v: np.ndarray,
         dv: np.ndarray,
-        outcome: Outcome | Callable[[], Outcome] | None = None,
+        outcome: Outcome | None = None,
+        solved: Solved | None = None,
     ) -> None:
         self.scene = scene
         self._q = q
         self._v = v
         self._dv = dv
         self._outcome = outcome
+        self._solved = solved
 
     @property
     def q(self) -> np.ndarray:
@@ -102,9 +105,24 @@ class Answer(Displayed):
     @property
     def outcome(self) -> Outcome | None:
         """The solver's results besides ``dv``; None if there are none."""
-        if callable(self._outcome):
-            self._outcome = self._outcome()
+        if self._outcome is None and self._solved is not None:
+            from .outcome import outcome_of
+
+            self._outcome = outcome_of(self._solved)
         return self._outcome
+
+    @cached_property
+    def solved(self) -> Solved:
+        """The impact in the core; solved there now where it comes from elsewhere."""
+        if self._solved is not None:
+            return self._solved
+        from .scene_jump import jump_of
+
+        touches = () if self.outcome is None else self.outcome.touches
+        features = [(t.entry, t.feature) for t in touches if t.feature is not None and t.turns < 0]
+        touching = None if self.outcome is None else {touch.entry for touch in touches}
+        own = self.scene, self._q, self._v
+        return jump_of(self.scene).solve(*own, touching, features or None)
 
     @cached_property
     def momentum_before(self) -> np.ndarray:
@@ -119,4 +137,5 @@ class Answer(Displayed):
     def __getstate__(self) -> dict[str, Any]:
         # What follows from the answer is worked out again on the other side.
         _ = self.outcome
-        return {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv", "_outcome")}
+        kept = {name: vars(self)[name] for name in ("scene", "_q", "_v", "_dv", "_outcome")}
+        return {**kept, "_solved": None}

@@ -11,9 +11,10 @@ from ..scene import JointStop
 from .contact_law import ContactSolution
 
 if TYPE_CHECKING:
-    from .._core import SceneImpact, StateRows
+    from .._core import Feature, StateRows
     from ..scene import Scene
     from .flat.scene import FlatScene
+    from .scene_jump import Solved
 
 __all__ = ["Outcome", "Touch", "outcome_of", "touches_of"]
 
@@ -31,6 +32,7 @@ class Touch(NamedTuple):
         gap: [m], of a joint stop [rad, m].
         turns: −1; where the rows are those of the relative turning, Rᵀ (ω_frame − ω_against)
             [rad/s], the index of the touch whose point they belong to.
+        feature: the name of the point where two bodies of any shapes touch.
     """
 
     entry: int
@@ -41,6 +43,7 @@ class Touch(NamedTuple):
     position: np.ndarray | None = None
     gap: float | None = None
     turns: int = -1
+    feature: Feature | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,7 @@ def touches_of(rows: StateRows, flat: FlatScene, scene: Scene) -> tuple[Touch, .
     entries, turning_of, of_bodies = rows.entries, rows.turning_of, rows.of_bodies
     blocks = rows.J.reshape(len(entries) + len(turning_of), 3, scene.robot.nv)
     axes, places, gaps = rows.axes.reshape(-1, 3, 3), rows.places.reshape(-1, 3), rows.gaps
+    features = rows.features if flat.shaped else ()
     points = [
         Touch(
             entry,
@@ -77,6 +81,7 @@ def touches_of(rows: StateRows, flat: FlatScene, scene: Scene) -> tuple[Touch, .
             blocks[i],
             places[i] if of_bodies[i] else None,
             float(gaps[i]),
+            feature=features[i] if entry in flat.shaped else None,
         )
         for i, entry in enumerate(entries)
     ]
@@ -87,15 +92,13 @@ def touches_of(rows: StateRows, flat: FlatScene, scene: Scene) -> tuple[Touch, .
     return (*points, *turning)
 
 
-def outcome_of(found: SceneImpact, flat: FlatScene, scene: Scene) -> Outcome:
+def outcome_of(solved: Solved) -> Outcome:
     """Return the core's results for an impact of a scene."""
-    solution = found.solution
-    multipliers, unique = solution.multipliers, solution.unique.astype(bool)
-    if found.rows.yielded:
-        multipliers, unique = (np.delete(x, found.rows.yielded) for x in (multipliers, unique))
-    touches = touches_of(found.rows, flat, scene)
+    solution = solved.core.solution
+    unique = solution.unique.astype(bool)
+    touches = touches_of(solved.core.rows, solved.jump.flat, solved.scene)
     return Outcome(
-        multipliers,
+        solution.multipliers,
         None if unique.all() else unique,
         touches,
         ContactSolution.of(solution) if touches else None,

@@ -6,41 +6,53 @@ rows, solves the law of contact in what is left, and measures the answer, in one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .._core import SceneImpact, solve_scene
 from ..errors import ContradictionError, InputError
+from ..scene.scene import SceneCache
 from .flat.law import contact_law
 from .flat.scene import NamedPoint, check_directions, flat_of
-from .outcome import Outcome, outcome_of
 from .singular import singular_joints, singular_mass
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
-__all__ = ["SceneJump"]
+__all__ = ["SceneJump", "Solved", "jump_of"]
 
 _SINGULAR, _REFUSED = 1, 3
 # Rows that contradict each other are named, so many at most.
 MOST_NAMED = 6
 
 
+class Solved(NamedTuple):
+    """An impact as the core solved it.
+
+    Attributes:
+        jump: by which. scene: that it is of. core: the impact, with all that it was solved from.
+    """
+
+    jump: SceneJump
+    scene: Scene
+    core: SceneImpact
+
+
 class SceneJump:
-    """Δv under bilateral rows and contacts."""
+    """Δv under bilateral rows and contacts.
+
+    Attributes:
+        flat, law: the scene and its law in the core.
+    """
 
     def __init__(self, scene: Scene) -> None:
-        self._flat, self._law = flat_of(scene), contact_law(scene)
-        self._core = self._flat.core
+        self.flat, self.law = flat_of(scene), contact_law(scene)
         self._count = len(scene.contacts)
-        flat = self._flat
-        self._yields = bool(scene.controlled and scene.contacts)
         self._without: dict[tuple[str, ...], Scene] = {}
-        self._is_given = bool(flat.functions or flat.contact_functions)
+        self._is_given = bool(self.flat.functions or self.flat.contact_functions)
 
     def solve(
         self,
@@ -50,11 +62,11 @@ class SceneJump:
         touching: Container[int] | None = None,
         features: Sequence[NamedPoint] | None = None,
         numbers: np.ndarray | None = None,
-    ) -> tuple[Scene, np.ndarray, Callable[[], Outcome]]:
-        """The scene, (nv,) Δv, and a call that gives the rest of the outcome.
+    ) -> Solved:
+        """Return the impact at q and v.
 
         A joint whose control keeps its velocity and whose stop turns it back has no solution: the
-        stop is the stiffer of the two, and the scene returned is without that control.
+        stop is the stiffer of the two, and the scene that is solved is without that control.
 
         ``touching``: the indices of the contacts that take part; None for all that touch.
         ``features``: the points of bodies by contact; None for those within the margin.
@@ -65,22 +77,23 @@ class SceneJump:
             SingularMassError: M is singular and the constraints do not make up for it.
             InputError, RangeError: what the contact law refuses.
         """
-        more = self._flat.given(q) if self._is_given else {}
+        more = self.flat.given(q) if self._is_given else {}
         if touching is not None:
             more["only"] = [i in touching for i in range(self._count)]
         if features is not None:
             more["features"] = features
-        own = self._flat.impulses if numbers is None else numbers[self._flat.order]
-        found = solve_scene(self._core, self._law, q, v, own, **more)
-        if found.failure or found.without_direction:
+        own = self.flat.impulses if numbers is None else numbers[self.flat.order]
+        found = solve_scene(self.flat.core, self.law, q, v, own, **more)
+        if found.failure or not found.has_directions:
             self._refuse(scene, q, found)
-        if self._yields and found.rows.yielded:
+        if scene.controlled and found.rows.yielded:
             scene = self._freed(scene, found.rows.yielded)
-        return scene, found.dv, partial(outcome_of, found, self._flat, scene)
+            return jump_of(scene).solve(scene, q, v, touching, features, numbers)
+        return Solved(self, scene, found)
 
     def _freed(self, scene: Scene, yielded: list[int]) -> Scene:
         """The scene without the controls of joints that their stops turn back."""
-        slices = self._flat.slices[len(scene.constraints) :]
+        slices = self.flat.slices[len(scene.constraints) :]
         left = tuple(
             name
             for name, where in zip(scene.controlled, slices, strict=True)
@@ -98,9 +111,9 @@ class SceneJump:
             raise InputError(solution.refused)
         if found.failure == _SINGULAR:
             model, rows = scene.robot.model, found.rows.A.reshape(-1, scene.robot.nv)
-            masses = self._flat.model.core.mass_matrix(q).reshape(model.nv, model.nv)
+            masses = self.flat.model.core.mass_matrix(q).reshape(model.nv, model.nv)
             raise singular_mass(model, singular_joints(model, masses, rows))
-        names = [self._flat.names[i] for i in solution.failed]
+        names = [self.flat.names[i] for i in solution.failed]
         named = ", ".join(names[:MOST_NAMED]) + (", …" if len(names) > MOST_NAMED else "")
         raise ContradictionError(
             f"these rows cannot hold together: {named}; they are dependent and their velocities "
@@ -108,3 +121,11 @@ class SceneJump:
             "velocities that agree",
             rows=tuple(names),
         )
+
+
+def jump_of(scene: Scene) -> SceneJump:
+    """The solver of a scene, made once and kept with it."""
+    return _jumps.of(scene)
+
+
+_jumps: SceneCache[SceneJump] = SceneCache(SceneJump)

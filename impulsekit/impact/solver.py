@@ -21,7 +21,7 @@ from ..scene.scene import ThreadCache, scene_at
 from .known import KnownImpulses
 from .plan import Plan, needs_rows, plan_of
 from .result import Impact
-from .scene_jump import SceneJump
+from .scene_jump import SceneJump, jump_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -116,7 +116,7 @@ class _Workspace:
         if scene.robot.massless_motions:
             # It refuses what is singular at every configuration.
             plan_of(scene)
-        self._rows = SceneJump(scene)
+        self._rows = jump_of(scene)
 
     def solve(self, scene: Scene, q: ArrayLike, v: ArrayLike, impulses: Any = None) -> Impact:
         """The impact at q and v, which are copied and checked."""
@@ -148,8 +148,8 @@ class _Workspace:
             if self._rows is not None:
                 state.refuse_overflow(v)
         if self._rows is not None:
-            scene, dv, outcome = self._rows.solve(scene, q, v, numbers=numbers)
-            return Impact(scene, q, v, dv, outcome)
+            solved = self._rows.solve(scene, q, v, numbers=numbers)
+            return Impact(solved.scene, q, v, solved.core.dv, solved=solved)
         return Impact(scene, q, v, self._velocity_jump(q, numbers))
 
     def solve_touching(
@@ -166,8 +166,8 @@ class _Workspace:
             return self.solve(scene, q, v)
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
-        scene, dv, outcome = self._rows.solve(scene, q, v, touching, features)
-        return Impact(scene, q, v, dv, outcome)
+        solved = self._rows.solve(scene, q, v, touching, features)
+        return Impact(solved.scene, q, v, solved.core.dv, solved=solved)
 
     def _no_jump(self, q: np.ndarray, numbers: np.ndarray | None) -> np.ndarray:
         return np.zeros(self._v_shape)

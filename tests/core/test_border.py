@@ -75,3 +75,15 @@ def test_a_motion_takes_numbers_of_gaps_that_it_has():
         motion.begin(np.zeros(6), [99])
     with pytest.raises(ValueError, match="every"):
         motion.run(1.0, 1.0, None, 0)
+
+
+def test_an_impact_is_differentiated_in_its_own_scene():
+    import impulsekit as ik
+
+    robot, bare = ball()
+    scene = ik.Scene(robot, contacts=[ik.Contact("ball")])
+    jump, _, impact = ik.solve(scene, robot.neutral(), -np.eye(6)[2]).solved
+    assert _core.Derivation(jump.flat.core, jump.law, impact).unavailable == 0
+    law = _core.ContactLaw(0, 0, 0, 1.5)
+    with pytest.raises(ValueError, match="expected one of this scene"):
+        _core.Derivation(bare, law, impact)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import pathlib
+import pickle
 import re
 
 import numpy as np
@@ -328,3 +329,35 @@ def test_what_has_none_of_this_kind_is_refused():
         impact = ik.solve(scene, at, u)
         with pytest.raises(ik.errors.InputError, match=words):
             ik.derivatives(impact)
+
+
+def test_impacts_of_a_motion_keep_their_derivatives_in_files_and_pickles(tmp_path):
+    """A box falls on another with a corner: the point at which they meet is known by its name."""
+    world = ik.combine(upper=BOX, box=BOX)
+    tilt = pin.Quaternion(pin.rpy.rpyToMatrix(0.5, 0.4, 0.1)).coeffs()
+    q = world.configuration({"upper/root_joint": [0.05, 0.02, 0.4, *tilt]})
+    floor = [
+        ik.Contact("box/box", at=[x, y, -0.05], origin=[0, 0, -0.05])
+        for x in (-0.15, 0.15)
+        for y in (-0.1, 0.1)
+    ]
+    scene = ik.Scene(
+        world,
+        contacts=[ik.Collision("upper/box", "box/box", restitution=0.4, friction=0.3), *floor],
+        gravity=[0, 0, -9.81],
+    )
+    motion = ik.simulate(scene, q, world.velocity(), duration=0.3)
+    # At the first impact an edge meets an edge, which has no closed form; then a corner a face.
+    ours = ik.derivatives(_meetings(motion)[1])
+    motion.save(tmp_path / "m.npz")
+    loaded = ik.Trajectory.load(tmp_path / "m.npz", scene=scene)
+    for again in (pickle.loads(pickle.dumps(motion)), loaded):
+        theirs = ik.derivatives(_meetings(again)[1])
+        assert theirs.results == ours.results and "contacts[0]" in ours.results
+        for name in ours.results:
+            np.testing.assert_array_equal(theirs[name, "q"], ours[name, "q"])
+
+
+def _meetings(motion):
+    """The impacts at which the first contact touches."""
+    return [impact for _, impact in motion.impacts if impact.contacts[0].touching]

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import weakref
 
 import numpy as np
 
-from ..._core import derive
+from ..._core import Derivation
 from ...errors import check_kind
 from ...errors.calls import public
-from ...scene.scene import SceneCache
-from ..flat.law import contact_law
-from ..flat.scene import FlatScene, flat_of
+from ..flat.scene import FlatScene
 from ..result import Impact
-from .refusals import edge_words, refuse_what_has_none, refuse_what_was_not_found
+from .refusals import edge_words, refuse_invalid, refuse_what_has_none, unavailable
 from .result import Derivatives, Layout
 from .status import DerivativeStatus
-
-if TYPE_CHECKING:
-    from ..._core import ContactLaw, Derivation
-    from ...scene import Scene
 
 __all__ = ["derivatives"]
 
@@ -56,13 +50,12 @@ def derivatives(impact: Impact) -> Derivatives:
         (1, 6)
     """
     check_kind(impact, Impact, "derivatives")
-    refuse_what_was_not_found(impact)
+    refuse_invalid(impact)
+    scene, layout = impact.scene, _layout_of(impact)
     found = _derivation(impact, -1)
-    scene = impact.scene
-    layout = _kept.of(scene)[2]
 
     def by_inertia(joint_id: int) -> np.ndarray:
-        other = _derivation(impact, _kept.of(scene)[0].model.bodies[joint_id])
+        other = _derivation(impact, impact.solved.jump.flat.model.bodies[joint_id])
         return layout.pulled(other, "v_after")[:, -10:]
 
     edges = dict.fromkeys(edge_words(scene, *edge) for edge in found.edges)
@@ -73,39 +66,27 @@ def derivatives(impact: Impact) -> Derivatives:
 _STATUS = tuple(DerivativeStatus)
 
 
-def _made(scene: Scene) -> tuple[FlatScene, ContactLaw, Layout]:
-    refuse_what_has_none(scene)
-    flat = flat_of(scene)
-    return flat, contact_law(scene), Layout(scene, flat)
+def _layout_of(impact: Impact) -> Layout:
+    """The rows and columns of a scene in the core, made once.
+
+    Raises:
+        InputError: scenes that are not differentiated.
+    """
+    flat = impact.solved.jump.flat
+    layout = _layouts.get(flat)
+    if layout is None:
+        refuse_what_has_none(impact.scene)
+        layout = _layouts[flat] = Layout(impact.scene, flat)
+    return layout
 
 
-_kept = SceneCache(_made)
+_layouts: weakref.WeakKeyDictionary[FlatScene, Layout] = weakref.WeakKeyDictionary()
 
 
 def _derivation(impact: Impact, inertia_of: int) -> Derivation:
     """The impact made linear in its modes; ``inertia_of``: a body of the core, or −1."""
-    scene, outcome = impact.scene, impact.outcome
-    flat, law, _ = _kept.of(scene)
-    touches = () if outcome is None else outcome.touches
-    contacts = None if outcome is None else outcome.contacts
-    count, rows = len(touches), len(flat.names)
-    multipliers, unique, shared = np.zeros(rows), np.ones(rows), np.ones(count)
-    impulse = np.zeros(3 * count)
-    if outcome is not None and len(outcome.constraint_impulses):
-        multipliers = outcome.constraint_impulses
-        unique = unique if outcome.unique is None else outcome.unique
-    if contacts is not None:
-        impulse = contacts.impulse
-        shared = shared if contacts.unique is None else contacts.unique
-    places = np.zeros((count, 3))
-    for i, touch in enumerate(touches):
-        if touch.position is not None:
-            places[i] = touch.position
-    found = derive(
-        flat.core, law, impact.q, impact.v_before, flat.impulses,
-        [touch.entry for touch in touches], places,
-        (impact.dv, multipliers, unique.astype(float), impulse, shared.astype(float)), inertia_of,
-    )  # fmt: skip
+    jump, _, core = impact.solved
+    found = Derivation(jump.flat.core, jump.law, core, inertia_of)
     if found.unavailable:
-        refuse_what_was_not_found(impact, found.unavailable, found.contact)
+        raise unavailable(impact.scene, found.unavailable, found.contact)
     return found

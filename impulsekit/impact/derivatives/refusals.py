@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 from ...errors import InputError
 from ...scene.coefficients import is_plain
 from ...scene.contacts import turns
+from ..status import BY_CODE
 
 if TYPE_CHECKING:
     from ...scene import Scene
     from ..result import Impact
 
-__all__ = ["edge_words", "refuse_what_has_none", "refuse_what_was_not_found"]
+__all__ = ["edge_words", "refuse_invalid", "refuse_what_has_none", "unavailable"]
 
 # As ``core/derivatives/derivatives.cpp`` numbers them; {other} is another contact.
 _EDGES = (
@@ -83,18 +84,21 @@ def refuse_what_has_none(scene: Scene) -> None:
         )
 
 
-def refuse_what_was_not_found(impact: Impact, why: int = 0, contact: int = -1) -> None:
-    """Refuse an impact without a valid solution, and what the core could not differentiate.
+def unavailable(scene: Scene, why: int, contact: int) -> InputError:
+    """Return the error of an impact that the core could not differentiate."""
+    name = scene.entry_names("contacts")[contact] if contact >= 0 else ""
+    return InputError(f"derivatives: {_UNAVAILABLE[why].format(name=name)}")
+
+
+def refuse_invalid(impact: Impact) -> None:
+    """Refuse an impact without a valid solution.
 
     Raises:
         InputError: it says what.
     """
-    if why:
-        name = impact.scene.entry_names("contacts")[contact] if contact >= 0 else ""
-        raise InputError(f"derivatives: {_UNAVAILABLE[why].format(name=name)}")
-    outcome = impact.outcome
+    core = impact.solved.core
     # Others that obey the law as well do not matter here: the derivatives are of the v⁺ shown.
-    if outcome is not None and outcome.contacts is not None and not impact.status.obeys_law:
+    if not BY_CODE[core.code].obeys_law and core.rows.entries:
         raise InputError(
             f"derivatives: the impact has no valid solution. {impact.describe_status()}"
         )

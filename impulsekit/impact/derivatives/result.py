@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
-from ..._core import parameter_places, pull_back
+from ..._core import parameter_places
 from ...errors import UnknownNameError
 from ...formatting import Displayed
 from ...robot.arrays import read_only
@@ -77,16 +77,16 @@ class Layout:
             first = nv + rows + 3 * i
             self.rows[name] = slice(first, first + (1 if isinstance(entry, JointStop) else 3))
         self.count = nv + rows + 3 * len(contacts)
-        self._weights: dict[str, np.ndarray] = {}
+        self._weights: dict[tuple[str, ...], np.ndarray] = {}
         self.contacts = slice(nv + rows, self.count)
 
-    def pulled(self, found: Derivation, of: str) -> np.ndarray:
-        """(k, columns) the derivatives of one result by all parameters."""
+    def pulled(self, found: Derivation, *of: str) -> np.ndarray:
+        """(k, columns) the derivatives of results, one below the other, by all parameters."""
         weights = self._weights.get(of)
         if weights is None:
-            weights = self._weights[of] = np.eye(self.count)[self.rows[of]]
-        table: np.ndarray = pull_back(found, weights)
-        return table
+            unit, rows = np.eye(self.count), {**self.rows, "contact_impulses": self.contacts}
+            weights = self._weights[of] = np.concatenate([unit[rows[name]] for name in of])
+        return found.pull_back(weights)
 
     def part(self, table: np.ndarray, by: str, touched: Container[str]) -> np.ndarray | ByName:
         """The columns of one kind of parameter, of contacts those that touch."""
@@ -143,8 +143,8 @@ class Derivatives(Displayed):
 
     @property
     def _touched(self) -> frozenset[str]:
-        outcome, names = self.impact.outcome, self.impact.scene.entry_names("contacts")
-        return frozenset(names[t.entry] for t in (() if outcome is None else outcome.touches))
+        names = self.impact.scene.entry_names("contacts")
+        return frozenset(names[entry] for entry in self.impact.solved.core.rows.entries)
 
     @overload
     def __getitem__(self, key: tuple[str, Literal["q", "v"]]) -> np.ndarray: ...
@@ -167,24 +167,24 @@ class Derivatives(Displayed):
         if table is None:
             if of != "v_after" and of not in self.results:
                 raise UnknownNameError.among("result", str(of), self.results)
-            table = self._tables[of] = self._table(of)
+            table = self._tables[of] = read_only(self._layout.pulled(self._found, of))
         return self._layout.part(table, by, self._touched)
 
-    def _table(self, of: str) -> np.ndarray:
-        """(k, columns) NaN where an impulse is not determined."""
-        table = self._layout.pulled(self._found, of)
-        outcome, scene = self.impact.outcome, self.impact.scene
-        if of in scene.entry_names("held"):
-            where, nv = self._layout.rows[of], scene.robot.nv
-            determined = self._found.determined[where.start - nv : where.stop - nv]
-            table[determined == 0.0] = np.nan
-        elif of != "v_after" and outcome is not None and outcome.contacts is not None:
-            names, unique = scene.entry_names("contacts"), outcome.contacts.unique
-            for touch, own in zip(outcome.touches, () if unique is None else unique, strict=False):
-                if names[touch.entry] == of and not own:
-                    table[:] = np.nan
-        table.setflags(write=False)
-        return table
+    def by_state(self, *of: str) -> dict[str, np.ndarray]:
+        """By result (k, 2 nv) its derivatives by q and v, side by side.
+
+        Args:
+            of: "v_after", or "contact_impulses" (3 C,) of all contacts in world axes, zero where
+                they do not touch.
+        """
+        nv = self.impact.scene.robot.nv
+        table = self._layout.pulled(self._found, *of)[:, : 2 * nv]
+        found, start = {}, 0
+        for name in of:
+            size = nv if name == "v_after" else len(table) - start
+            found[name] = table[start : start + size]
+            start += size
+        return found
 
     def by_inertia(self, joint: str) -> np.ndarray:
         """(nv, 10) ∂v⁺ by the inertia of the body behind a joint.

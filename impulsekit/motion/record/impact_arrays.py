@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..._core import Feature
 from ...impact.contact_law import ContactSolution
 from ...impact.outcome import Outcome, Touch
 from ...impact.result import Impact
@@ -55,6 +56,7 @@ def packed_impacts(
                     "frame_ids": [int(i) for i in touch.frame_ids],
                     "gap": None if touch.gap is None else float(touch.gap),
                     **({"turns": int(touch.turns)} if touch.turns >= 0 else {}),
+                    **_named(touch.feature),
                     **{name: put(getattr(touch, name)) for name in _TOUCH},
                 }
                 for touch in outcome.touches
@@ -70,6 +72,10 @@ def packed_impacts(
                 }
         packed.append(entry)
     return packed, np.concatenate([*numbers, np.zeros(0)])
+
+
+def _named(feature: Feature | None) -> dict[str, Any]:
+    return {} if feature is None else {"feature": [feature.whole, feature.fixed]}
 
 
 def impacts_of(
@@ -126,6 +132,7 @@ def impacts_of(
                     take(touch["position"], 3),
                     None if touch["gap"] is None else float(touch["gap"]),
                     index(touch["turns"], len(entry["touches"])) if "turns" in touch else -1,
+                    Feature(*touch["feature"]) if "feature" in touch else None,
                 )
                 for touch in entry["touches"]
             )
