@@ -20,13 +20,13 @@ from .formatting import OneLine
 from .impact.derivatives import DerivativeStatus, derivatives
 from .impact.derivatives.loads import joint_load_slopes
 from .impact.solver import ImpactSolver
+from .impact.status import BY_CODE
 from .robot.arrays import array_of, floats, lock
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from .impact import Impact
-    from .impact.derivatives import Derivatives
     from .scene import Scene
 
 __all__ = ["ImpactBlocks", "ImpactCost", "ImpactStep"]
@@ -38,7 +38,8 @@ class ImpactCost:
     """The cost ½ weight |y − reference|² of a result y of an impact.
 
     Attributes:
-        output: "contact_impulses" (3 C,) [N s] in world axes, contact after contact;
+        output: "contact_impulses" (3 C,) [N s] in world axes, contact after contact, of a joint
+            stop [N m s, N s] along its coordinate, then two zeros;
             "joint_loads" (6 J,) [N s, N m s] as in ``Impact.joint_loads``; or "v_after" (nv,).
         weight: above 0, or one for each entry of y, each 0 or more.
         reference: one number for all entries, or one for each.
@@ -150,6 +151,10 @@ class ImpactBlocks:
         self.scene, self._solver = scene, ImpactSolver(scene)
         self._names = tuple(dict.fromkeys(cost.output for cost in self.costs))
         self.nx, self.ndx = scene.robot.nq + scene.robot.nv, 2 * scene.robot.nv
+        # ∂x⁺/∂x but for the rows of v⁺.
+        self._fixed = np.eye(self.ndx)
+        pressed = {"contact_impulses", "joint_loads"} & set(self._names)
+        self._results = ("v_after", "contact_impulses") if pressed else ("v_after",)
         self.statuses: Counter[DerivativeStatus] = Counter()
 
     def calc(self, x: ArrayLike) -> ImpactStep:
@@ -162,12 +167,12 @@ class ImpactBlocks:
             ShapeError, NotFiniteError, StateError: x is no state of this robot.
             InputError: the impact has no valid solution.
         """
-        x = array_of(floats(x, "x"), (self.nx,), "x")
+        after = array_of(floats(x, "x"), (self.nx,), "x")
         nq = self.scene.robot.nq
-        impact = self._solver.solve(x[:nq], x[nq:])
-        if not impact.is_valid():
+        impact = self._solver.solve(after[:nq], after[nq:])
+        if not BY_CODE[impact.solved.core.code].valid:
             raise InputError(f"x: no valid impact from here. {impact.describe_status()}")
-        after = np.concatenate([impact.q, impact.v_after])
+        after[nq:] = impact.v_after
         found = {name: self._value(impact, name) for name in self._names}
         total = 0.0
         for cost in self.costs:
@@ -187,9 +192,10 @@ class ImpactBlocks:
         """
         nv, found = self.ndx // 2, derivatives(step.impact)
         self.statuses[found.status] += 1
-        fx = np.eye(2 * nv)
-        fx[nv:] = _both(found, "v_after")
-        tables = {name: self._table(step, found, name) for name in self._names}
+        blocks = found.by_state(*self._results)
+        fx = self._fixed.copy()
+        fx[nv:] = blocks["v_after"]
+        tables = {name: self._table(step, blocks, name) for name in self._names}
         lx, lxx = np.zeros(2 * nv), np.zeros((2 * nv, 2 * nv))
         for cost in self.costs:
             table, off = tables[cost.output], step.outputs[cost.output] - cost.reference
@@ -203,38 +209,25 @@ class ImpactBlocks:
         if name == "v_after":
             return impact.v_after
         if name == "contact_impulses":
-            return self._impulses(impact).ravel()
+            return _impulses(impact)
         loads = impact.joint_loads
         names = list(self.scene.robot.model.names)[1:]
         return np.concatenate([part for n in names for part in (loads[n].force, loads[n].moment)])
 
-    def _impulses(self, impact: Impact) -> np.ndarray:
-        """(C, 3) at all contacts, in world axes."""
-        impulses = np.zeros((len(self.scene.contacts), 3))
-        names = self.scene.entry_names("contacts")
-        for result in impact.contacts:
-            impulses[names.index(result.name)] = result.impulse
-        return impulses
-
-    def _table(self, step: ImpactStep, found: Derivatives, name: str) -> np.ndarray:
+    def _table(self, step: ImpactStep, blocks: dict[str, np.ndarray], name: str) -> np.ndarray:
         """(entries, 2 nv) of one output."""
-        nv = self.ndx // 2
-        if name == "v_after":
-            return _both(found, name)
-        contacts = np.zeros((3 * len(self.scene.contacts), 2 * nv))
-        for i, contact in enumerate(self.scene.entry_names("contacts")):
-            if contact in found.results:
-                contacts[3 * i : 3 * i + 3] = _both(found, contact)
-        if name == "contact_impulses":
-            return contacts
-        impact = step.impact
-        own = joint_load_slopes(self.scene, impact.q, impact.dv, self._impulses(impact))
-        moved = _both(found, "v_after") - np.eye(nv, 2 * nv, k=nv)
-        table = own.by_dv @ moved + own.by_impulses @ contacts
+        if name != "joint_loads":
+            return blocks[name]
+        nv, impact = self.ndx // 2, step.impact
+        impulses = _impulses(impact).reshape(-1, 3)
+        own = joint_load_slopes(self.scene, impact.q, impact.dv, impulses)
+        moved = blocks["v_after"] - self._fixed[nv:]
+        table = own.by_dv @ moved + own.by_impulses @ blocks["contact_impulses"]
         table[:, :nv] += own.by_q
         return table
 
 
-def _both(found: Derivatives, of: str) -> np.ndarray:
-    """(entries, 2 nv) by q and by v."""
-    return np.concatenate([found[of, "q"], found[of, "v"]], axis=1)
+def _impulses(impact: Impact) -> np.ndarray:
+    """(3 C,) at all contacts, in world axes; of a joint stop along its coordinate, then zeros."""
+    jump, _, core = impact.solved
+    return core.contact_impulses(jump.flat.core)

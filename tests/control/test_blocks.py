@@ -12,6 +12,7 @@ import impulsekit as ik
 from impulsekit.control import ImpactBlocks, ImpactCost
 from impulsekit.errors import InputError, RangeError, ShapeError, UnknownNameError
 from impulsekit.impact.derivatives import DerivativeStatus
+from impulsekit.models import pendulum_urdf
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
 
@@ -176,6 +177,18 @@ def test_feet_held_without_restitution_are_pinocchios_impulse_dynamics():
         for by, truth in (("q", data.dlambda_dq), ("v", data.dlambda_dv)):
             ours = np.concatenate([found[foot, by] for foot in feet])
             assert np.abs(ours - truth).max() < 1e-10 * max(1.0, np.abs(truth).max())
+
+
+def test_the_impulse_of_a_joint_stop_is_one_number():
+    arm = ik.Robot.from_urdf(pendulum_urdf(1))
+    scene = ik.Scene(arm, contacts=[ik.JointStop("joint_1", lower=-1, upper=1, restitution=0.5)])
+    blocks = ImpactBlocks(scene, ImpactCost("contact_impulses"))
+    step = blocks.calc([1.0, 2.0])
+    inertia = float(step.impact.mass_matrix[0, 0])
+    np.testing.assert_allclose(step.outputs["contact_impulses"], [-3.0 * inertia, 0, 0])
+    np.testing.assert_allclose(step.cost, 4.5 * inertia**2)
+    table = blocks.calc_diff(step).outputs["contact_impulses"]
+    np.testing.assert_allclose(table, [[0, -1.5 * inertia], [0, 0], [0, 0]], atol=1e-15)
 
 
 def test_a_mode_edge_is_counted():
