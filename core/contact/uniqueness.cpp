@@ -112,7 +112,7 @@ class Search {
             if (used[j] % 3 != 2) continue;
             std::fill(column, column + m, 0.0);
             column[j] = 1.0;
-            solve_pivoted(factor, order, m, column, scratch());
+            solve_pivoted(factor, order, m, m, column, scratch());
             for (int i = 0; i < m; ++i)
                 if (used[i] % 3 == 2) inverse += column[i] * column[i];
         }

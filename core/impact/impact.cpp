@@ -240,7 +240,10 @@ class Impact {
                 size = std::max({size, std::abs(made[r]), std::abs(s_.before[r])});
             }
             if (off <= tolerance::refined * size || s_.contact.status >= Status::no_solution) break;
-            for (int r = 0; r < rows_; ++r) free[r] += made[r] - s_.contact.after[r];
+            // What bilateral rows hold wholly no impulse changes: rounding must not say it
+            // approaches.
+            for (int r = 0; r < rows_; ++r)
+                if (W_[r * rows_ + r] > 0.0) free[r] += made[r] - s_.contact.after[r];
             s_.contact = solve_contacts(contact, p_.law);
             velocity_change(held, change);
             sharpen();

@@ -36,88 +36,97 @@ bool factor_lu(double* a, int n, int* pivot) {
 
 int factor_pivoted(double* a, int n, int* order, double tolerance) {
     Arena::Scope scope(scratch());
-    double* first = scratch().allocate(n);
+    double *first = scratch().allocate(n), *column = scratch().allocate(n);
     for (int i = 0; i < n; ++i) {
         order[i] = i;
         first[i] = a[i * n + i];
     }
-    // Rows and columns stay where they are: row order[i] of `a` holds row i of L.
     for (int k = 0; k < n; ++k) {
         int best = k;
-        for (int i = k + 1; i < n; ++i) {
-            int r = order[i], s = order[best];
-            if (a[r * n + r] * first[s] > a[s * n + s] * first[r]) best = i;
+        for (int i = k + 1; i < n; ++i)
+            if (a[i * n + i] * first[best] > a[best * n + best] * first[i]) best = i;
+        if (best != k) {
+            std::swap(order[k], order[best]);
+            std::swap(first[k], first[best]);
+            std::swap_ranges(a + k * n, a + (k + 1) * n, a + best * n);
+            for (int i = 0; i < n; ++i) std::swap(a[i * n + k], a[i * n + best]);
         }
-        std::swap(order[k], order[best]);
         if (k % kColumns == kColumns - 1) poll(n - k, n - k, kColumns);
-        int p = order[k];
-        if (!(a[p * n + p] > tolerance * first[p])) return k;
-        double root = std::sqrt(a[p * n + p]);
-        a[p * n + p] = root;
-        for (int i = k + 1; i < n; ++i) a[order[i] * n + p] /= root;
+        if (!(a[k * n + k] > tolerance * first[k])) return k;
+        const double root = std::sqrt(a[k * n + k]);
+        a[k * n + k] = root;
+        for (int i = k + 1; i < n; ++i) column[i] = a[i * n + k] /= root;
         for (int i = k + 1; i < n; ++i) {
-            double* row = a + order[i] * n;
-            double factor = row[p];
-            for (int j = k + 1; j < n; ++j) row[order[j]] -= factor * a[order[j] * n + p];
+            double* row = a + i * n;
+            const double factor = column[i];
+            for (int j = k + 1; j < n; ++j) row[j] -= factor * column[j];
         }
     }
     return n;
 }
 
-void solve_pivoted(const double* l, const int* order, int n, double* x, Arena& arena) {
+void solve_pivoted(const double* l, const int* order, int n, int rank, double* x, Arena& arena) {
     Arena::Scope scope(arena);
     double* y = arena.allocate(n);
-    for (int i = 0; i < n; ++i) {
-        const double* row = l + order[i] * n;
-        double total = x[order[i]];
-        for (int j = 0; j < i; ++j) total -= row[order[j]] * y[j];
-        y[i] = total / row[order[i]];
+    for (int i = 0; i < rank; ++i) y[i] = (x[order[i]] - dot(l + i * n, y, i)) / l[i * n + i];
+    for (int i = rank - 1; i >= 0; --i) {
+        const double* row = l + i * n;
+        y[i] /= row[i];
+        for (int j = 0; j < i; ++j) y[j] -= row[j] * y[i];
     }
-    for (int i = n - 1; i >= 0; --i) {
-        double total = y[i];
-        for (int j = i + 1; j < n; ++j) total -= l[order[j] * n + order[i]] * x[order[j]];
-        x[order[i]] = total / l[order[i] * n + order[i]];
-    }
+    for (int i = 0; i < n; ++i) x[order[i]] = y[i];
 }
 
 void null_projector(const double* l, const int* order, int n, int rank, double* projector,
                     Arena& arena) {
     std::fill(projector, projector + n * n, 0.0);
-    int count = n - rank;
+    const int count = n - rank;
     if (count == 0) return;
     Arena::Scope scope(arena);
-    double* basis = arena.allocate(count, n);
+    double *basis = arena.allocate(count, n), *own = arena.allocate(n, n);
+    // Rows X = (−L₂ L₁⁻¹, 1) of the null space.
     for (int k = 0; k < count; ++k) {
         double* x = basis + k * n;
-        x[order[rank + k]] = 1.0;
-        // L₁ᵀ x₁ = −L₂ᵀ x₂
+        x[rank + k] = 1.0;
+        for (int i = 0; i < rank; ++i) x[i] = -l[(rank + k) * n + i];
         for (int i = rank - 1; i >= 0; --i) {
-            double total = -l[order[rank + k] * n + order[i]];
-            for (int j = i + 1; j < rank; ++j) total -= l[order[j] * n + order[i]] * x[order[j]];
-            x[order[i]] = total / l[order[i] * n + order[i]];
+            const double* row = l + i * n;
+            x[i] /= row[i];
+            for (int j = 0; j < i; ++j) x[j] -= row[j] * x[i];
         }
+        poll(n, rank);
+    }
+    // Rows that are nearly dependent are long: orthogonal to the last digit in two rounds.
+    for (int k = 0; k < count; ++k) {
+        double* x = basis + k * n;
         for (int round = 0; round < 2; ++round)
             for (int j = 0; j < k; ++j) {
                 const double* other = basis + j * n;
-                double along = dot(other, x, n);
+                const double along = dot(other, x, n);
                 for (int i = 0; i < n; ++i) x[i] -= along * other[i];
             }
-        double length = std::sqrt(dot(x, x, n));
+        const double length = std::sqrt(dot(x, x, n));
         for (int i = 0; i < n; ++i) x[i] /= length;
-        poll(n, rank + k);
+        poll(n, k);
     }
     for (int k = 0; k < count; ++k) {
         const double* x = basis + k * n;
         for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j) projector[i * n + j] += x[i] * x[j];
+            for (int j = 0; j < n; ++j) own[i * n + j] += x[i] * x[j];
         poll(n, n);
     }
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) projector[order[i] * n + order[j]] = own[i * n + j];
 }
 
 double dot(const double* x, const double* y, int n) {
-    double total = 0.0;
-    for (int i = 0; i < n; ++i) total += x[i] * y[i];
-    return total;
+    // Four sums side by side: one alone would wait for each addition.
+    double total[4] = {0.0, 0.0, 0.0, 0.0};
+    int i = 0;
+    for (; i + 4 <= n; i += 4)
+        for (int k = 0; k < 4; ++k) total[k] += x[i + k] * y[i + k];
+    for (; i < n; ++i) total[0] += x[i] * y[i];
+    return (total[0] + total[1]) + (total[2] + total[3]);
 }
 
 double largest(const double* x, int n) {

@@ -27,12 +27,12 @@ void solve_lu(const double* lu, const int* pivot, int n, S* x) {
 }
 
 // Pivoted Cholesky of a symmetric positive semidefinite matrix in place: P A Pᵀ = L Lᵀ, L in the
-// lower triangle of the rows and columns by `order`. Returns the rank: pivots above `tolerance`
+// lower triangle, its row i that of row order[i] of A. Returns the rank: pivots above `tolerance`
 // times the diagonal that the row had at first.
 int factor_pivoted(double* a, int n, int* order, double tolerance);
 
-// Solve A x = b in place with a factor of full rank.
-void solve_pivoted(const double* l, const int* order, int n, double* x, Arena& arena);
+// Solve A x = b in place: x of the first rows of a factor, as many as its rank, and zeros.
+void solve_pivoted(const double* l, const int* order, int n, int rank, double* x, Arena& arena);
 
 // (n, n) the orthogonal projector onto the null space of A, from its pivoted factor.
 void null_projector(const double* l, const int* order, int n, int rank, double* projector,

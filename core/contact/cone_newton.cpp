@@ -1,0 +1,120 @@
+#include "contact/cone_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/tolerances.hpp"
+#include "linalg/dense.hpp"
+#include "linalg/poll.hpp"
+
+namespace impulsekit {
+namespace {
+
+// Most steps of one Newton iteration, and of its line search.
+constexpr int kNewtonSteps = 60, kHalvings = 10;
+// A step is taken if it is no worse than the worst of so many before it (non-monotone search).
+constexpr int kMemory = 4;
+
+// Gauss-Seidel over normals and groups, each in turn onto its cone.
+void sweep(const ConeSystem& s, const double* A, double* P, int count) {
+    const int m = s.rows;
+    auto project_to_coulomb_cone = [&](int k) {
+        const int f = s.first[k], size = s.size[k], c = s.contact[k];
+        double trial[2], mobility = 0.0;
+        for (int j = 0; j < size; ++j) mobility += A[(f + j) * m + f + j];
+        for (int j = 0; j < size; ++j) {
+            double slip = s.b[f + j] + dot(A + (f + j) * m, P, m);
+            trial[j] = P[f + j] - slip / (mobility > 0.0 ? mobility : 1.0);
+        }
+        double radius = s.friction[k] * (c < 0 ? 1.0 : P[s.normal[c]] + s.adhesion[c]);
+        double length = hypot_of(trial, size), share = length > radius ? radius / length : 1.0;
+        for (int j = 0; j < size; ++j) P[f + j] = share * trial[j];
+    };
+    for (int round = 0; round < count; ++round) {
+        poll(m, m);
+        for (int c = 0; c < s.contacts; ++c) {
+            int r = s.normal[c];
+            double xi = s.b[r] + dot(A + r * m, P, m);
+            P[r] = std::max(s.floor[c], P[r] - xi / A[r * m + r]);
+        }
+        for (int k = 0; k < s.groups; ++k) project_to_coulomb_cone(k);
+    }
+}
+
+}  // namespace
+
+bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena) {
+    Arena::Scope scope(arena);
+    const int m = s.rows;
+    double *xi = arena.allocate(m), *F = arena.allocate(m), *J = arena.allocate(m, m),
+           *step = arena.allocate(m);
+    double *trial = arena.allocate(m), *best = arena.allocate(m);
+    int* pivot = arena.allocate_int(m);
+    double recent[kMemory];
+    std::fill(recent, recent + kMemory, INFINITY);
+    auto evaluate = [&](const double* x) {
+        multiply(A, m, x, s.b, xi);
+        natural_map_residual(s, x, xi, F);
+        return dot(F, F, m);
+    };
+    double norm = evaluate(P), least = norm;
+    std::copy(P, P + m, best);
+    bool polished = false;
+    for (int count = 0; count < kNewtonSteps; ++count, ++steps) {
+        double size = std::max(1.0, largest(P, m));
+        poll(m, m, 1 + kHalvings);
+        if (norm <= tolerance::rounding * tolerance::rounding * size * size) break;
+        natural_map_jacobian(s, A, P, xi, J);
+        if (!factor_lu(J, m, pivot)) break;
+        for (int i = 0; i < m; ++i) step[i] = -F[i];
+        solve_lu(J, pivot, m, step);
+        recent[count % kMemory] = norm;
+        double bar = 0.0;
+        for (double value : recent)
+            if (value < INFINITY) bar = std::max(bar, value);
+        double share = 1.0, found = norm;
+        for (int half = 0; half <= kHalvings; ++half, share *= 0.5) {
+            for (int i = 0; i < m; ++i) trial[i] = P[i] + share * step[i];
+            found = evaluate(trial);
+            if (found <= (1.0 - 1e-4 * share) * bar) break;
+        }
+        if (!(found < INFINITY)) break;
+        std::copy(trial, trial + m, P);
+        norm = found;
+        if (norm < least) {
+            least = norm;
+            std::copy(P, P + m, best);
+        } else if (polished) {
+            break;
+        }
+        polished = least <= 1e-24 * size * size;
+    }
+    std::copy(best, best + m, P);
+    double size = std::max(1.0, largest(P, m));
+    return least <= 1e-24 * size * size;
+}
+
+void add_to_diagonal(const ConeSystem& s, double compliance, double* A) {
+    std::copy(s.A, s.A + s.rows * s.rows, A);
+    for (int i = 0; i < s.rows; ++i) A[i * s.rows + i] += compliance * s.mobility_ratio[i];
+}
+
+bool solve_from(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena) {
+    if (newton(s, A, P, steps, arena)) return true;
+    Arena::Scope scope(arena);
+    double* soft = arena.allocate(s.rows, s.rows);
+    std::fill(P, P + s.rows, 0.0);
+    for (double compliance = 1.0; compliance > 1e-8; compliance *= 0.1) {
+        std::copy(A, A + s.rows * s.rows, soft);
+        for (int i = 0; i < s.rows; ++i) soft[i * s.rows + i] += compliance;
+        newton(s, soft, P, steps, arena);
+    }
+    if (newton(s, A, P, steps, arena)) return true;
+    for (int count : {40, 400, 4000}) {
+        sweep(s, A, P, count);
+        if (newton(s, A, P, steps, arena)) return true;
+    }
+    return false;
+}
+
+}  // namespace impulsekit

@@ -1,0 +1,19 @@
+// Newton's method on the natural map of the cones' problem, and what leads to its start.
+#pragma once
+
+#include "contact/cone_system.hpp"
+
+namespace impulsekit {
+
+// Newton's method on the natural map of ξ = A P + b, P its start and the best that it met; whether
+// F came down to rounding or near it.
+bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena);
+
+// A of a compliance of each contact beside its own mobility.
+void add_to_diagonal(const ConeSystem& s, double compliance, double* A);
+
+// Newton's method, and where it stalls again from what proximal steps or sweeps come to: a
+// compliance that falls from 1 leads along a path of well-posed problems to the one at hand.
+bool solve_from(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena);
+
+}  // namespace impulsekit
