@@ -13,7 +13,7 @@ from ..errors import UnknownNameError, check_kind
 from ..errors.calls import public
 from ..formatting import Displayed, one_line
 from ..impact.derivatives.refusals import refuse_what_has_none
-from ..impact.derivatives.result import Layout
+from ..impact.derivatives.result import layout_of
 from ..impact.derivatives.status import DerivativeStatus
 from ..robot.arrays import array_of, floats, lock
 from ..scene import AppliedImpulse, Scene
@@ -128,7 +128,7 @@ def derivatives_batch(
         if name not in RESULTS:
             raise UnknownNameError.among("result", str(name), RESULTS)
     inputs = _inputs(scene, q, v, by, varied)
-    layout = Layout(scene, program_of(scene).flat)
+    layout = layout_of(scene, program_of(scene).flat)
     rows = {"v_after": layout.rows["v_after"], "contact_impulses": layout.contacts}
     every = np.arange(layout.count)
     results = np.concatenate([every[:0], *(every[rows[name]] for name in of)])
@@ -185,7 +185,7 @@ def vjp(
     """
     by = (by,) if isinstance(by, str) else tuple(by)
     inputs = _inputs(scene, q, v, by, varied)
-    layout = Layout(scene, program_of(scene).flat)
+    layout = layout_of(scene, program_of(scene).flat)
     given = cotangent if isinstance(cotangent, Mapping) else {"v_after": cotangent}
     places = {"v_after": layout.rows["v_after"], "contact_impulses": layout.contacts}
     parts = {}
@@ -243,7 +243,7 @@ def _differentiated(
 ) -> tuple[np.ndarray, ImpactBatch, np.ndarray, dict[str, tuple[slice, tuple[int, ...]]]]:
     """(B, count, columns), the impacts, (B,) statuses, and by parameter its columns and shape."""
     flat = program_of(scene, links=inputs.links, pointed=inputs.pointed).flat
-    layout, contacts = Layout(scene, flat), len(scene.contacts)
+    layout, contacts = layout_of(scene, flat), len(scene.contacts)
     starts, nv = layout.starts, scene.robot.nv
     blows = sum(isinstance(entry, AppliedImpulse) for entry in scene.impulses)
     kinds: dict[str, tuple[Any, tuple[int, ...]]] = {

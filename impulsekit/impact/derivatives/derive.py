@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 
 from ..._core import Derivation
 from ...errors import check_kind
 from ...errors.calls import public
-from ..flat.scene import FlatScene
 from ..result import Impact
-from .refusals import edge_words, refuse_invalid, refuse_what_has_none, unavailable
-from .result import Derivatives, Layout
+from .refusals import edge_words, refuse_invalid, unavailable
+from .result import Derivatives, layout_of
 from .status import DerivativeStatus
 
 __all__ = ["derivatives"]
@@ -51,7 +48,8 @@ def derivatives(impact: Impact) -> Derivatives:
     """
     check_kind(impact, Impact, "derivatives")
     refuse_invalid(impact)
-    scene, layout = impact.scene, _layout_of(impact)
+    scene = impact.scene
+    layout = layout_of(scene, impact.solved.jump.flat)
     found = _derivation(impact, -1)
 
     def by_inertia(joint_id: int) -> np.ndarray:
@@ -64,23 +62,6 @@ def derivatives(impact: Impact) -> Derivatives:
 
 
 _STATUS = tuple(DerivativeStatus)
-
-
-def _layout_of(impact: Impact) -> Layout:
-    """The rows and columns of a scene in the core, made once.
-
-    Raises:
-        InputError: scenes that are not differentiated.
-    """
-    flat = impact.solved.jump.flat
-    layout = _layouts.get(flat)
-    if layout is None:
-        refuse_what_has_none(impact.scene)
-        layout = _layouts[flat] = Layout(impact.scene, flat)
-    return layout
-
-
-_layouts: weakref.WeakKeyDictionary[FlatScene, Layout] = weakref.WeakKeyDictionary()
 
 
 def _derivation(impact: Impact, inertia_of: int) -> Derivation:

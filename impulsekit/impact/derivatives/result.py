@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -14,6 +15,7 @@ from ...errors import UnknownNameError
 from ...formatting import Displayed
 from ...robot.arrays import read_only
 from ...scene import AppliedImpulse, Contact, JointStop
+from .refusals import refuse_what_has_none
 from .status import DerivativeStatus
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from ..flat.scene import FlatScene
     from ..result import Impact
 
-__all__ = ["PARAMETERS", "Derivatives", "Layout"]
+__all__ = ["PARAMETERS", "Derivatives", "layout_of"]
 
 # What derivatives can be taken by, in one impact and in batches.
 PARAMETERS = ("q", "v", "impulses", "restitution", "friction", "at", "normal")
@@ -97,6 +99,22 @@ class Layout:
         for array in parts.values():
             array.setflags(write=False)
         return MappingProxyType(parts)
+
+
+def layout_of(scene: Scene, flat: FlatScene) -> Layout:
+    """Return the rows and columns of a scene in the core, made once.
+
+    Raises:
+        InputError: scenes that are not differentiated.
+    """
+    layout = _layouts.get(flat)
+    if layout is None:
+        refuse_what_has_none(scene)
+        layout = _layouts[flat] = Layout(scene, flat)
+    return layout
+
+
+_layouts: weakref.WeakKeyDictionary[FlatScene, Layout] = weakref.WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
