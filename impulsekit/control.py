@@ -170,7 +170,7 @@ class ImpactBlocks:
         after = array_of(floats(x, "x"), (self.nx,), "x")
         nq = self.scene.robot.nq
         impact = self._solver.solve(after[:nq], after[nq:])
-        if not BY_CODE[impact.solved.core.code].valid:
+        if not BY_CODE[impact.solved.core.solution.status].valid:
             raise InputError(f"x: no valid impact from here. {impact.describe_status()}")
         after[nq:] = impact.v_after
         found = {name: self._value(impact, name) for name in self._names}

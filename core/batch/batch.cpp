@@ -19,21 +19,12 @@
 namespace impulsekit {
 namespace {
 
-// As impulsekit.Status has them.
-enum Code : std::int8_t {
-    kInaccurate = 1,
-    kNotFinite = 9,
-    kOffManifold = 10,
-    kSingularMass = 12,
-    kContradiction = 13,
-    kRefused = 14,
-    kNearlyDependent = 15,
-};
-
 // A quaternion, or a cosine and sine, may be off unit length by this.
 constexpr double kUnit = 1e-6;
 // Blocks of eight rows that a thread takes at once.
 constexpr int kPiece = 32;
+
+std::int8_t code_of(Status status) { return static_cast<std::int8_t>(status); }
 
 double get(const Pack& x, int lane) { return x[lane]; }
 
@@ -117,9 +108,9 @@ class Block {
             code = b_.in.codes[first_ + k];
             if (code != 0) continue;
             if (flaws[k] != 0.0)
-                code = kNotFinite;
+                code = code_of(Status::not_finite);
             else if (off[k] > kUnit * kUnit)
-                code = kOffManifold;
+                code = code_of(Status::off_manifold);
         }
     }
 
@@ -161,10 +152,10 @@ class Block {
             std::int8_t& code = b_.out.codes[first_ + k];
             if (code != 0) continue;
             if (flaws[k] != 0.0)
-                code = kSingularMass;
+                code = code_of(Status::singular_mass);
             else if (std::fpclassify(blows[k]) == FP_SUBNORMAL ||
                      std::fpclassify(jumps[k]) == FP_SUBNORMAL)
-                code = kInaccurate;  // such numbers have lost digits
+                code = code_of(Status::inaccurate);  // such numbers have lost digits
         }
         if (needs_loads_ || b_.out.existence) {
             tree_.place(q_.data());
@@ -288,7 +279,7 @@ class Block {
         std::int8_t& code = b_.out.codes[row];
         rows_.extract(tree_, k, lane_);
         if (lane_.without_line >= 0 || lane_.without_ellipse >= 0) {
-            code = kRefused;
+            code = code_of(Status::refused);
             return;
         }
         if (b_.out.gaps) write_gaps(row);
@@ -302,7 +293,7 @@ class Block {
         if (!given_.empty()) p.impulse = blow;
         coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
         solve_impact(p, solution_);
-        code = static_cast<std::int8_t>(code_of(solution_));
+        code = code_of(status_of(solution_));
         if (b_.out.existence) differentiate(k, row, p);
         if (solution_.failure != ImpactSolution::Failure::none) return;
         keep(k, M);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace impulsekit {
@@ -47,14 +48,14 @@ inline void raise_signals() {
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
 }
 
-// A new array of Python's that owns a copy.
-template <typename Source>
-auto array_of(const Source& values) {
-    std::size_t size = values.size();
-    double* copy = new double[std::max<std::size_t>(size, 1)];
+// A new array of Python's that owns a copy: of doubles, of flags as truth values, of integers.
+template <typename T>
+auto array_of(const std::vector<T>& values) {
+    using Own = std::conditional_t<std::is_same_v<T, char>, bool, T>;
+    Own* copy = new Own[std::max<std::size_t>(values.size(), 1)];
     std::copy(values.begin(), values.end(), copy);
-    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-    return nb::ndarray<nb::numpy, double, nb::ndim<1>>(copy, {size}, owner);
+    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<Own*>(p); });
+    return nb::ndarray<nb::numpy, Own, nb::ndim<1>>(copy, {values.size()}, owner);
 }
 
 }  // namespace impulsekit

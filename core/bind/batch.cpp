@@ -9,7 +9,6 @@
 #include "bind/arrays.hpp"
 #include "bind/given_scene.hpp"
 #include "bind/lanes.hpp"
-#include "bind/laws.hpp"
 #include "derivatives/derivatives.hpp"
 
 namespace nb = nanobind;
@@ -20,8 +19,6 @@ namespace {
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using Codes = nb::ndarray<std::int8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Tables =
-    std::tuple<double, double, std::vector<double>, std::vector<double>, nb::object, nb::object>;
 
 Column column_of(const std::optional<Matrix>& given, int size, std::size_t width,
                  const char* name) {
@@ -37,31 +34,6 @@ Column column_of(const std::optional<Matrix>& given, int size, std::size_t width
     column.width = width;
     column.varies = rows > 1;
     return column;
-}
-
-void add_contact(ContactLaw& self, const Tables& restitution, const nb::tuple& friction,
-                 double number, double tangential, double stiffness, double adhesion,
-                 double rolling, double torsion) {
-    ContactCoefficients own;
-    const auto& [value, capture, speeds, values, function, slope] = restitution;
-    if (speeds.size() != values.size())
-        throw nb::value_error("restitution: must have as many values as speeds");
-    own.restitution.value = value;
-    own.restitution.capture = capture;
-    own.restitution.speeds = speeds;
-    own.restitution.values = values;
-    if (!function.is_none()) own.restitution.function = function_of(function);
-    if (!slope.is_none()) own.restitution.slope = function_of(slope);
-    own.model = friction_of(friction);
-    own.friction = number;
-    own.tangential = tangential;
-    own.stiffness = stiffness;
-    own.adhesion = adhesion;
-    own.rolling = rolling;
-    own.torsion = torsion;
-    self.has_models = self.has_models || own.model.kind != Friction::Kind::number;
-    self.has_adhesion = self.has_adhesion || adhesion > 0.0;
-    self.contacts.push_back(own);
 }
 
 void add_blow(GivenScene& self, const std::pair<int, Array>& site, bool is_local) {
@@ -229,17 +201,6 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
 
 void bind_batch(nb::module_& module) {
     using namespace impulsekit;
-    nb::class_<ContactLaw>(module, "ContactLaw", "A law, and the coefficients of each contact.")
-        .def(
-            "__init__",
-            [](ContactLaw* self, int restitution, int slip, int order, double exponent) {
-                new (self) ContactLaw();
-                self->law = law_of(restitution, slip, order, exponent);
-            },
-            nb::arg("restitution"), nb::arg("slip"), nb::arg("order"), nb::arg("exponent"))
-        .def("add", &add_contact, nb::arg("restitution"), nb::arg("friction"), nb::arg("number"),
-             nb::arg("tangential"), nb::arg("stiffness"), nb::arg("adhesion"), nb::arg("rolling"),
-             nb::arg("torsion"));
     module.def("add_blow", &add_blow, nb::arg("scene"), nb::arg("site"), nb::arg("is_local"));
     module.def("add_kick", &add_kick, nb::arg("scene"), nb::arg("v"));
     module.def("add_load", &add_load, nb::arg("scene"), nb::arg("body"), nb::arg("numbers"));

@@ -1,13 +1,10 @@
 // One impact in generalized coordinates, as Python calls it.
-#include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/tuple.h>
-#include <nanobind/stl/vector.h>
 
 #include <optional>
 
+#include "bind/fields.hpp"
 #include "bind/given_scene.hpp"
 
 namespace nb = nanobind;
@@ -51,73 +48,48 @@ void bind_constrained_mass(nb::module_& module);
 
 namespace {
 
-void bind_impact_solution(nb::module_& module) {
+void bind_solutions(nb::module_& module) {
     using namespace impulsekit;
     using S = ImpactSolution;
-    // Arrays own their copies: nothing refers to the solution.
-    constexpr auto kCopy = nb::rv_policy::automatic;
-    nb::class_<S>(module, "ImpactSolution", "The result of an impact, in generalized coordinates.")
-        .def_prop_ro(
-            "dv", [](const S& s) { return array_of(s.dv); }, kCopy)
-        .def_prop_ro(
-            "multipliers", [](const S& s) { return array_of(s.multipliers); }, kCopy)
-        .def_prop_ro(
-            "unique", [](const S& s) { return array_of(s.unique); }, kCopy)
-        .def_ro("nearly_dependent", &S::nearly_dependent)
-        .def_prop_ro(
-            "before", [](const S& s) { return array_of(s.before); }, kCopy)
-        .def_prop_ro(
-            "impulse", [](const S& s) { return array_of(s.contact.impulse); }, kCopy)
-        .def_prop_ro(
-            "after", [](const S& s) { return array_of(s.contact.after); }, kCopy)
-        .def_prop_ro(
-            "start", [](const S& s) { return array_of(s.contact.start); }, kCopy)
-        .def_prop_ro(
-            "normal_work", [](const S& s) { return array_of(s.contact.normal_work); }, kCopy)
-        .def_prop_ro(
-            "friction_work", [](const S& s) { return array_of(s.contact.friction_work); }, kCopy)
-        .def_prop_ro(
-            "friction", [](const S& s) { return array_of(s.contact.friction); }, kCopy)
-        .def_prop_ro(
-            "contact_unique", [](const S& s) { return array_of(s.contact.unique); }, kCopy)
-        .def_prop_ro("status", [](const S& s) { return static_cast<int>(s.contact.status); })
-        .def_prop_ro("residual", [](const S& s) { return s.contact.residual; })
-        .def_prop_ro("iterations", [](const S& s) { return s.contact.iterations; })
-        .def_prop_ro("tied", [](const S& s) { return s.contact.tied; })
-        .def_prop_ro("refused", [](const S& s) { return s.contact.refused; })
-        .def_prop_ro("failure", [](const S& s) { return static_cast<int>(s.failure); })
-        .def_ro("failed", &S::failed)
-        .def_ro("apart", &S::apart)
-        .def_ro("momentum_residual", &S::momentum_residual)
-        .def_ro("constraint_residual", &S::constraint_residual)
-        .def_ro("contact_residual", &S::contact_residual);
+    nb::enum_<S::Failure>(module, "Failure")
+        .value("none", S::Failure::none)
+        .value("singular_mass", S::Failure::singular_mass)
+        .value("contradiction", S::Failure::contradiction)
+        .value("refused", S::Failure::refused);
+    Result<S>(module, "ImpactSolution", "The result of an impact, in generalized coordinates.")
+        .part("dv", &S::dv)
+        .part("multipliers", &S::multipliers)
+        .part("unique", &S::unique)
+        .part("nearly_dependent", &S::nearly_dependent)
+        .part("contact", &S::contact)
+        .part("failure", &S::failure)
+        .part("failed", &S::failed)
+        .part("apart", &S::apart)
+        .part("momentum_residual", &S::momentum_residual)
+        .part("constraint_residual", &S::constraint_residual)
+        .part("contact_residual", &S::contact_residual)
+        .part("status", &status_of);
+    Result<SceneImpact>(module, "SceneImpact", "An impact, with all that it was solved from.")
+        .part("rows", &SceneImpact::rows)
+        .part("solution", &SceneImpact::solution)
+        .part("is_solved",
+              [](const SceneImpact& s) {
+                  return s.has_directions() && s.solution.failure == S::Failure::none;
+              })
+        .def(
+            "contact_impulses",
+            [](const SceneImpact& s, const GivenScene& scene) {
+                return array_of(contact_impulses(scene.scene, s));
+            },
+            nb::arg("scene"), nb::rv_policy::move, "(3 contacts) in world axes.");
 }
 
 }  // namespace
 
 void bind_impact(nb::module_& module) {
     using namespace impulsekit;
-    constexpr auto kCopy = nb::rv_policy::automatic;
-    bind_impact_solution(module);
+    bind_solutions(module);
     bind_constrained_mass(module);
-    nb::class_<SceneImpact>(module, "SceneImpact",
-                            "An impact of a scene, with the rows of its state.")
-        .def_ro("rows", &SceneImpact::rows)
-        .def_ro("solution", &SceneImpact::solution)
-        .def_prop_ro(
-            "dv", [](const SceneImpact& s) { return array_of(s.solution.dv); }, kCopy)
-        .def_prop_ro("failure",
-                     [](const SceneImpact& s) { return static_cast<int>(s.solution.failure); })
-        .def_prop_ro("has_directions", &SceneImpact::has_directions,
-                     "False if nothing was solved: a line or an ellipse has no direction here.")
-        .def_prop_ro(
-            "code", [](const SceneImpact& s) { return code_of(s.solution); }, "Of its Status.")
-        .def(
-            "contact_impulses",
-            [](const SceneImpact& s, const GivenScene& scene) {
-                return array_of(contact_impulses(scene.scene, s));
-            },
-            nb::arg("scene"), kCopy, "(3 contacts) in world axes.");
     module.def(
         "solve_scene",
         [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,

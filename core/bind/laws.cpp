@@ -1,17 +1,14 @@
 // Laws of contact, as Python calls them.
 #include "bind/laws.hpp"
 
-#include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/vector.h>
 
-#include <functional>
 #include <memory>
-#include <optional>
 
-#include "contact/path.hpp"
-#include "contact/sequence.hpp"
+#include "bind/fields.hpp"
 #include "contact/uniqueness.hpp"
+#include "impact/coefficients.hpp"
 
 namespace nb = nanobind;
 
@@ -28,10 +25,9 @@ ContactProblem posed(const GivenContacts& given, const Array& W, const Array& be
     return problem;
 }
 
-}  // namespace
-
 // Threads share it: what counts references of Python's stands behind a pointer of its own.
 std::function<double(double)> function_of(const nb::object& function) {
+    if (function.is_none()) return {};
     auto own = std::make_shared<nb::object>(function);
     return [own](double x) {
         const nb::gil_scoped_acquire hold;
@@ -39,17 +35,106 @@ std::function<double(double)> function_of(const nb::object& function) {
     };
 }
 
-Friction friction_of(const nb::tuple& given) {
-    if (given.size() != 6) throw nb::value_error("friction: expected six entries");
-    Friction f;
-    f.kind = static_cast<Friction::Kind>(nb::cast<int>(given[0]));
-    f.first = nb::cast<double>(given[1]);
-    f.second = nb::cast<double>(given[2]);
-    f.axis[0] = nb::cast<double>(given[3]);
-    f.axis[1] = nb::cast<double>(given[4]);
-    if (!given[5].is_none()) f.at_speed = function_of(given[5]);
-    return f;
+// A function of Python's as a field that is written alone.
+template <typename T>
+void function_field(nb::class_<T>& record, const char* name,
+                    std::function<double(double)> T::* member) {
+    record.def_prop_rw(
+        name, [](const T&) { return nb::none(); },
+        [member](T& own, const nb::object& function) { own.*member = function_of(function); },
+        nb::for_setter(nb::arg("function").none()));
 }
+
+void bind_enums(nb::module_& module) {
+    nb::enum_<Restitution>(module, "Restitution")
+        .value("newton", Restitution::newton)
+        .value("poisson", Restitution::poisson)
+        .value("stronge", Restitution::stronge)
+        .value("lzb", Restitution::lzb);
+    nb::enum_<Slip>(module, "Slip").value("end", Slip::end).value("path", Slip::path);
+    nb::enum_<Order>(module, "Order")
+        .value("simultaneous", Order::simultaneous)
+        .value("sequential", Order::sequential);
+    nb::enum_<Status>(module, "Status", nb::is_arithmetic())
+        .value("solved", Status::solved)
+        .value("inaccurate", Status::inaccurate)
+        .value("energy_gain", Status::energy_gain)
+        .value("no_solution", Status::no_solution)
+        .value("not_converged", Status::not_converged)
+        .value("not_finite", Status::not_finite)
+        .value("off_manifold", Status::off_manifold)
+        .value("out_of_range", Status::out_of_range)
+        .value("singular_mass", Status::singular_mass)
+        .value("contradiction", Status::contradiction)
+        .value("refused", Status::refused)
+        .value("nearly_dependent", Status::nearly_dependent);
+    nb::enum_<Friction::Kind>(module, "FrictionKind")
+        .value("number", Friction::Kind::number)
+        .value("static_kinetic", Friction::Kind::static_kinetic)
+        .value("by_speed", Friction::Kind::by_speed)
+        .value("elliptic", Friction::Kind::elliptic);
+    nb::enum_<Verdict>(module, "Verdict")
+        .value("smooth", Verdict::smooth)
+        .value("weak", Verdict::weak)
+        .value("all_tried", Verdict::all_tried)
+        .value("searched", Verdict::searched)
+        .value("not_searched", Verdict::not_searched);
+}
+
+void bind_coefficients(nb::module_& module) {
+    Record<Law>(module, "Law", "The meaning of restitution, slip and order.")
+        .field("restitution", &Law::restitution)
+        .field("slip", &Law::slip)
+        .field("order", &Law::order)
+        .field("exponent", &Law::exponent);
+    nb::class_<Table>(module, "Table", "Values by a number, linear between rising points.")
+        .def(
+            "__init__",
+            [](Table* self, std::vector<double> points, std::vector<double> values) {
+                if (points.empty() || points.size() != values.size())
+                    throw nb::value_error("table: must have as many values as points");
+                new (self) Table{std::move(points), std::move(values)};
+            },
+            nb::arg("points"), nb::arg("values"));
+    Record<Friction> friction(module, "Friction", "Friction of a contact.");
+    friction.field("kind", &Friction::kind)
+        .field("first", &Friction::first)
+        .field("second", &Friction::second)
+        .field("axis", &Friction::axis)
+        .field("table", &Friction::table);
+    function_field(friction, "function", &Friction::function);
+    Record<BySpeed> by_speed(module, "BySpeed", "A coefficient that may change with the speed.");
+    by_speed.field("value", &BySpeed::value)
+        .field("capture", &BySpeed::capture)
+        .field("table", &BySpeed::table);
+    function_field(by_speed, "function", &BySpeed::function);
+    function_field(by_speed, "slope", &BySpeed::slope);
+    using C = ContactCoefficients;
+    Record<C>(module, "ContactCoefficients", "The coefficients of a contact of a scene.")
+        .field("restitution", &C::restitution)
+        .field("friction", &C::friction)
+        .field("tangential", &C::tangential)
+        .field("stiffness", &C::stiffness)
+        .field("adhesion", &C::adhesion)
+        .field("rolling", &C::rolling)
+        .field("torsion", &C::torsion)
+        .field("model", &C::model);
+    nb::class_<ContactLaw>(module, "ContactLaw", "A law, and the coefficients of each contact.")
+        .def(nb::init<const Law&, std::vector<C>>(), nb::arg("law"), nb::arg("contacts"));
+    using G = GivenContacts;
+    Record<G>(module, "Contacts", "Coefficients of contacts at one instant, (contacts) each.")
+        .field("restitution", &G::restitution)
+        .field("friction", &G::friction)
+        .field("tangential", &G::tangential)
+        .field("stiffness", &G::stiffness)
+        .field("adhesion", &G::adhesion)
+        .field("turning_of", &G::turning_of)
+        .field("rolling", &G::rolling)
+        .field("torsion", &G::torsion)
+        .field("models", &G::models);
+}
+
+}  // namespace
 
 ContactProblem GivenContacts::coefficients() const {
     ContactProblem p;
@@ -78,74 +163,46 @@ ContactProblem GivenContacts::coefficients() const {
     return p;
 }
 
-GivenContacts contacts_of(const nb::tuple& given, const std::vector<nb::tuple>& models) {
-    if (given.size() != 8) throw nb::value_error("contacts: expected eight arrays");
-    GivenContacts contacts{nb::cast<Array>(given[0]),
-                           nb::cast<Array>(given[1]),
-                           nb::cast<Array>(given[2]),
-                           nb::cast<std::optional<Array>>(given[3]),
-                           nb::cast<std::optional<Array>>(given[4]),
-                           nb::cast<std::optional<Integers>>(given[5]),
-                           nb::cast<std::optional<Array>>(given[6]),
-                           nb::cast<std::optional<Array>>(given[7]),
-                           {}};
-    for (const nb::tuple& model : models) contacts.models.push_back(friction_of(model));
-    return contacts;
-}
-
-Law law_of(int restitution, int slip, int order, double exponent) {
-    if (restitution < 0 || restitution > 3 || slip < 0 || slip > 1 || order < 0 || order > 1)
-        throw nb::value_error("law: unknown restitution, slip or order");
-    return {static_cast<Restitution>(restitution), static_cast<Slip>(slip),
-            static_cast<Order>(order), exponent};
-}
-
 }  // namespace impulsekit
 
 void bind_laws(nb::module_& module) {
     using namespace impulsekit;
+    bind_enums(module);
+    bind_coefficients(module);
+    using S = ContactSolution;
+    Result<S>(module, "ContactSolution", "The impulses of contacts.")
+        .part("impulse", &S::impulse)
+        .part("after", &S::after)
+        .part("start", &S::start)
+        .part("normal_work", &S::normal_work)
+        .part("friction_work", &S::friction_work)
+        .part("friction", &S::friction)
+        .part("unique", &S::unique)
+        .part("status", &S::status)
+        .part("residual", &S::residual)
+        .part("iterations", &S::iterations)
+        .part("tied", &S::tied)
+        .part("refused", &S::refused);
     module.def(
         "solve_contacts",
-        [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,
-           const std::vector<nb::tuple>& models, int restitution, int slip, int order,
-           double exponent) {
-            GivenContacts given = contacts_of(contacts, models);
-            ContactProblem problem = posed(given, W, before, free);
-            ContactSolution s = solve_contacts(problem, law_of(restitution, slip, order, exponent));
-            return nb::make_tuple(
-                array_of(s.impulse), array_of(s.after), static_cast<int>(s.status), s.residual,
-                array_of(s.unique), array_of(s.start), array_of(s.normal_work),
-                array_of(s.friction_work), s.iterations, s.tied, array_of(s.friction), s.refused);
-        },
-        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"), nb::arg("models"),
-        nb::arg("restitution"), nb::arg("slip"), nb::arg("order"), nb::arg("exponent"),
-        "Return the impulses of contacts: impulse, velocity after, code of the status, residual, "
-        "unique, velocity from which works count, works of normals and friction, iterations, "
-        "tied, friction, and what the law refuses.");
-    module.def(
-        "find_others",
-        [](const Array& W, const Array& before, const Array& free, const nb::tuple& contacts,
-           int restitution, const Array& impulse) {
-            GivenContacts given = contacts_of(contacts, {});
-            ContactProblem problem = posed(given, W, before, free);
-            Uniqueness found = find_others(problem, law_of(restitution, 0, 0, 1.5),
-                                           data_of(impulse, problem.rows(), "impulse"));
+        [](const Array& W, const Array& before, const Array& free, const GivenContacts& contacts,
+           const Law& law) { return solve_contacts(posed(contacts, W, before, free), law); },
+        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"), nb::arg("law"),
+        "Return the impulses of contacts.");
+    nb::class_<Uniqueness>(module, "Uniqueness", "How other answers were looked for.")
+        .def_ro("verdict", &Uniqueness::verdict)
+        .def_prop_ro("impulses", [](const Uniqueness& found) {
             nb::list impulses;
             for (const std::vector<double>& own : found.impulses) impulses.append(array_of(own));
-            return nb::make_tuple(static_cast<int>(found.verdict), impulses);
-        },
-        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"),
-        nb::arg("restitution"), nb::arg("impulse"),
-        "Return how other answers were looked for, and the impulses of those found.");
+            return impulses;
+        });
     module.def(
-        "follow_path",
-        [](const Array& W, double before, const Array& free, double e, double mu, int restitution) {
-            PathImpact found = follow_path(data_of(W, 9, "W"), before, data_of(free, 3, "free"), e,
-                                           mu, law_of(restitution, 1, 0, 1.5).restitution);
-            return nb::make_tuple(found.impulse[0], found.impulse[1], found.impulse[2],
-                                  static_cast<int>(found.status));
+        "find_others",
+        [](const Array& W, const Array& before, const Array& free, const GivenContacts& contacts,
+           const Law& law, const Array& impulse) {
+            const ContactProblem problem = posed(contacts, W, before, free);
+            return find_others(problem, law, data_of(impulse, problem.rows(), "impulse"));
         },
-        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("e"), nb::arg("mu"),
-        nb::arg("restitution"),
-        "Return the impulse of one contact followed along its path, and the code of its status.");
+        nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"), nb::arg("law"),
+        nb::arg("impulse"), "Return the impulses of other answers, where that can be known.");
 }

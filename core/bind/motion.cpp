@@ -506,7 +506,7 @@ nb::tuple impact_of(const MotionImpact& impact) {
     return nb::make_tuple(impact.t, array(impact.q.data(), impact.q.size()),
                           array(impact.v.data(), impact.v.size()),
                           array(impact.after.data(), impact.after.size()), impact.entries,
-                          impact.features, impact.is_soft, impact.code);
+                          impact.features, impact.is_soft, static_cast<int>(impact.status));
 }
 
 nb::tuple numbers_of(const RestingState& rest) {
@@ -659,7 +659,7 @@ void bind_results(nb::class_<Motion>& motion) {
                 std::vector<int> codes;
                 for (const MotionImpact& impact : self.impacts) {
                     times.push_back(impact.t);
-                    codes.push_back(impact.code);
+                    codes.push_back(static_cast<int>(impact.status));
                     before.insert(before.end(), impact.v.begin(), impact.v.end());
                     after.insert(after.end(), impact.after.begin(), impact.after.end());
                     std::vector<double> own(contacts);

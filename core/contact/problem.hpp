@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "linalg/table.hpp"
+
 namespace impulsekit {
 
 enum class Restitution { newton, poisson, stronge, lzb };
@@ -18,8 +20,21 @@ struct Law {
     double exponent = 1.5;  // of "lzb": F = k δ^exponent
 };
 
-// Codes as impulsekit.Status has them.
-enum class Status { solved = 0, energy_gain = 4, no_solution = 6, not_converged = 7 };
+// The status of a result. A law itself gives the first, and the three that speak of laws.
+enum class Status {
+    solved = 0,
+    inaccurate = 1,
+    energy_gain = 4,
+    no_solution = 6,
+    not_converged = 7,
+    not_finite = 9,
+    off_manifold = 10,
+    out_of_range = 11,
+    singular_mass = 12,
+    contradiction = 13,
+    refused = 14,
+    nearly_dependent = 15,
+};
 
 // Friction that is more than one number.
 struct Friction {
@@ -27,7 +42,10 @@ struct Friction {
     Kind kind = Kind::number;
     double first = 0.0, second = 0.0;          // µ; static, kinetic; µ along and across an axis
     double axis[2] = {1.0, 0.0};               // of an ellipse, in the contact's tangents
-    std::function<double(double)> at_speed{};  // µ by slip speed [m/s]
+    Table table{};                             // µ by slip speed [m/s], unless
+    std::function<double(double)> function{};  // this gives it
+
+    double at_speed(double slip) const { return function ? function(slip) : table.at(slip); }
 };
 
 // n contacts of three rows each, two tangents and then the normal, which points from what is

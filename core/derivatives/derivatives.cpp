@@ -57,13 +57,13 @@ double slope_of(const BySpeed& e, double speed, double scale, bool& by_differenc
         return (4.0 * over(0.5 * step) - over(step)) / 3.0;
     }
     if (e.capture > 0.0 && std::abs(speed - e.capture) < small) edge = kAtCapture;
-    const std::size_t count = e.speeds.size();
-    for (double at : e.speeds)
+    const std::vector<double>& speeds = e.table.points;
+    const std::size_t count = speeds.size();
+    for (double at : speeds)
         if (count > 1 && std::abs(at - speed) < small) edge = kAtTablePoint;
-    if (count == 0 || !(e.speeds.front() <= speed && speed < e.speeds.back())) return 0.0;
-    const std::size_t i =
-        std::upper_bound(e.speeds.begin(), e.speeds.end(), speed) - e.speeds.begin();
-    return (e.values[i] - e.values[i - 1]) / (e.speeds[i] - e.speeds[i - 1]);
+    if (count == 0 || !(speeds.front() <= speed && speed < speeds.back())) return 0.0;
+    return e.table.slope_before(std::upper_bound(speeds.begin(), speeds.end(), speed) -
+                                speeds.begin());
 }
 
 }  // namespace

@@ -6,12 +6,16 @@ namespace impulsekit {
 
 double BySpeed::at(double speed) const {
     if (function) return function(speed);
-    if (speeds.empty()) return speed >= capture ? value : 0.0;
-    const std::size_t i = std::upper_bound(speeds.begin(), speeds.end(), speed) - speeds.begin();
-    if (i == 0) return values.front();
-    if (i == speeds.size()) return values.back();
-    const double slope = (values[i] - values[i - 1]) / (speeds[i] - speeds[i - 1]);
-    return slope * (speed - speeds[i - 1]) + values[i - 1];
+    if (!table.empty()) return table.at(speed);
+    return speed >= capture ? value : 0.0;
+}
+
+ContactLaw::ContactLaw(const Law& own, std::vector<ContactCoefficients> coefficients)
+    : law(own), contacts(std::move(coefficients)) {
+    for (const ContactCoefficients& contact : contacts) {
+        has_models = has_models || contact.model.kind != Friction::Kind::number;
+        has_adhesion = has_adhesion || contact.adhesion > 0.0;
+    }
 }
 
 void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const double* e,

@@ -13,7 +13,7 @@ namespace impulsekit {
 // by a table, linear between its points, or by a function.
 struct BySpeed {
     double value = 0.0, capture = 0.0;
-    std::vector<double> speeds, values;
+    Table table;
     std::function<double(double)> function, slope;  // its derivative, if it is known
 
     double at(double speed) const;
@@ -28,6 +28,9 @@ struct ContactCoefficients {
 };
 
 struct ContactLaw {
+    ContactLaw() = default;
+    ContactLaw(const Law& own, std::vector<ContactCoefficients> coefficients);
+
     Law law;
     std::vector<ContactCoefficients> contacts;
     bool has_models = false, has_adhesion = false;

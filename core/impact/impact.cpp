@@ -391,31 +391,19 @@ void solve_impact(const ImpactProblem& problem, ImpactSolution& solution) {
     Impact(problem, solution).solve();
 }
 
-namespace {
-
-// As impulsekit.Status has them.
-enum Code {
-    kSolved = 0,
-    kInaccurate = 1,
-    kSingular = 12,
-    kContradictory = 13,
-    kRefused = 14,
-    kNearlyDependent = 15
-};
-
-}  // namespace
-
-int code_of(const ImpactSolution& s) {
+Status status_of(const ImpactSolution& s) {
     using Failure = ImpactSolution::Failure;
-    if (s.failure == Failure::singular_mass) return kSingular;
-    if (s.failure == Failure::contradiction) return kContradictory;
-    if (s.failure == Failure::refused) return kRefused;
-    if (s.contact.status != Status::solved) return static_cast<int>(s.contact.status);
+    if (s.failure == Failure::singular_mass) return Status::singular_mass;
+    if (s.failure == Failure::contradiction) return Status::contradiction;
+    if (s.failure == Failure::refused) return Status::refused;
+    if (s.contact.status != Status::solved) return s.contact.status;
     const double worst = std::max({s.momentum_residual, s.constraint_residual, s.contact_residual});
-    if (!(worst <= tolerance::residual)) return kInaccurate;
-    return s.nearly_dependent ? kNearlyDependent : kSolved;
+    if (!(worst <= tolerance::residual)) return Status::inaccurate;
+    return s.nearly_dependent ? Status::nearly_dependent : Status::solved;
 }
 
-bool is_valid_code(int code) { return code == kSolved || code == kNearlyDependent; }
+bool is_valid(Status status) {
+    return status == Status::solved || status == Status::nearly_dependent;
+}
 
 }  // namespace impulsekit

@@ -48,8 +48,8 @@ struct ImpactSolution {
 
 void solve_impact(const ImpactProblem& problem, ImpactSolution& solution);
 
-// The status of a solution as impulsekit.Status numbers it, and whether its velocities may be used.
-int code_of(const ImpactSolution& solution);
-bool is_valid_code(int code);
+// The status of a solution, and whether its velocities may be used.
+Status status_of(const ImpactSolution& solution);
+bool is_valid(Status status);
 
 }  // namespace impulsekit

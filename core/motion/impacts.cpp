@@ -76,9 +76,9 @@ void Motion::write_rows(const std::vector<RestingContact>& points, std::vector<d
     }
 }
 
-// v⁺ of the points at the tree's place, from v; its code, as impulsekit.Status has it.
-int Motion::solve(const std::vector<RestingContact>& points, const double* v, bool soft,
-                  double* after) {
+// v⁺ of the points at the tree's place, from v; its status.
+Status Motion::solve(const std::vector<RestingContact>& points, const double* v, bool soft,
+                     double* after) {
     const Scene& scene = scene_->scene;
     const int m = impact_rows_.rows();
     StateRows rows;
@@ -114,7 +114,7 @@ int Motion::solve(const std::vector<RestingContact>& points, const double* v, bo
     coefficients_.set(scene_->law, rows, soft ? none.data() : nullptr, nullptr, p);
     solve_impact(p, solution_);
     for (int i = 0; i < nv(); ++i) after[i] = v[i] + solution_.dv[i];
-    return code_of(solution_);
+    return status_of(solution_);
 }
 
 // (contacts, 3) the impulses that were just solved, on first bodies in the world, summed over the
@@ -202,8 +202,8 @@ bool Motion::apply_impact(std::vector<RestingContact> points, double approach, d
     impact.is_soft = approach < capture;
     impact.after.resize(nv());
     impact.v.assign(y.begin() + nq(), y.end());
-    impact.code = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
-    if (!is_valid_code(impact.code)) {
+    impact.status = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
+    if (!is_valid(impact.status)) {
         // Points that lie still but for rounding lie still: restitution would ask what cannot be.
         std::vector<double> J, rows, change, dv(nv());
         std::vector<int> turning;
@@ -219,14 +219,14 @@ bool Motion::apply_impact(std::vector<RestingContact> points, double approach, d
             dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
                                           change.data(), dv.data())) {
             for (int i = 0; i < nv(); ++i) impact.v[i] += dv[i];
-            impact.code = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
+            impact.status = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
         }
     }
     impact.impulses = impulses_at(points);
-    const bool is_valid = is_valid_code(impact.code);
+    const bool valid = is_valid(impact.status);
     // A captured contact makes no impact: another writing of the scene has another rounding there.
-    if (!is_valid || approach >= settings_.capture_speed) impacts.push_back(impact);
-    if (!is_valid) {
+    if (!valid || approach >= settings_.capture_speed) impacts.push_back(impact);
+    if (!valid) {
         ended = Ended::impact_not_valid;
         return false;
     }
@@ -279,7 +279,7 @@ bool Motion::press_in(const std::vector<RestingContact>& points, const std::vect
         }
         if (!dynamics_.velocity_correction(rows.data(), n, change.data(), dv.data())) return false;
         for (int i = 0; i < nv(); ++i) trial[i] = v[i] + dv[i];
-        const int code = solve(points, trial.data(), true, after.data());
+        const Status status = solve(points, trial.data(), true, after.data());
         double most = 0.0;
         for (int r = 0; r < 3 * n; ++r)
             most = std::max(most, std::abs(sum_of(J.data() + r * nv(), after.data(), nv()) -
@@ -289,10 +289,10 @@ bool Motion::press_in(const std::vector<RestingContact>& points, const std::vect
         impact.v = trial;
         impact.after = after;
         impact.is_soft = true;
-        impact.code = code;
+        impact.status = status;
         impact.impulses = impulses_at(points);
         impacts.push_back(impact);
-        if (!is_valid_code(code)) {
+        if (!is_valid(status)) {
             ended = Ended::impact_not_valid;
             return false;
         }

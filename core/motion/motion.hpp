@@ -56,7 +56,7 @@ struct MotionImpact {
     std::vector<std::pair<int, Feature>> features;  // points of bodies among them
     std::vector<double> impulses;                   // (contacts, 3) on first bodies, in the world
     bool is_soft = false;                           // met without restitution
-    int code = 0;                                   // as impulsekit.Status has it
+    Status status = Status::solved;
 };
 
 // From when to when a contact rested.
@@ -167,7 +167,8 @@ class Motion {
     void write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
                     std::vector<int>& turning, bool in_units = true);
     MotionImpact impact_of(const std::vector<RestingContact>& points) const;
-    int solve(const std::vector<RestingContact>& points, const double* v, bool soft, double* after);
+    Status solve(const std::vector<RestingContact>& points, const double* v, bool soft,
+                 double* after);
     std::vector<double> impulses_at(const std::vector<RestingContact>& points);
     std::vector<RestingContact> points_of_gaps(const std::vector<int>& gaps);
 

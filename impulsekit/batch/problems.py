@@ -12,7 +12,7 @@ from .._core import solve_problems
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError, a_thing, check_kind
 from ..errors.calls import public
 from ..formatting import OneLine
-from ..impact.contact_law import law_codes
+from ..impact.contact_law import core_law
 from ..impact.status import BY_CODE, Status
 from ..scene.law import Law
 from ..scene.numbers import whole
@@ -115,18 +115,16 @@ def solve_contact_problems(
             (tangential_restitution, "tangential_restitution", -1.0, 1.0),
         )
     )
-    impulses, after = np.empty((count, rows)), np.empty((count, rows))
-    codes, residual = np.empty(count, dtype=np.int8), np.empty(count)
     own = os.cpu_count() or 1 if threads is None else whole(threads, "threads", 1)
     try:
-        solve_problems(
-            matrices, start, velocities, e, mu, e_t, impulses, after, codes, residual,
-            *law_codes(law), min(own, max(count, 1)),
-        )  # fmt: skip
+        found = solve_problems(
+            matrices, start, velocities, e, mu, e_t, core_law(law), min(own, max(count, 1))
+        )
     except ValueError as error:
         raise InputError(f"solve_contact_problems: {error}") from None
     is_valid = np.array([BY_CODE.get(code, Status.NOT_CONVERGED).valid for code in range(64)])
-    answers = (impulses, after, codes, residual, is_valid[codes])
+    impulses, after = (own.reshape(count, rows) for own in (found.impulse, found.after))
+    answers = (impulses, after, found.status, found.residual, is_valid[found.status])
     return ContactAnswers(*(_like(answer, free) for answer in answers))
 
 

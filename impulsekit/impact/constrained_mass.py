@@ -64,10 +64,10 @@ class Responses(NamedTuple):
     def of(cls, held: ConstrainedMass, points: np.ndarray) -> Responses:
         """The responses to impulses on points' rows (3n, nv)."""
         count, nv = points.shape
-        velocity_changes, multipliers, delassus = held.respond(np.ascontiguousarray(points))
-        size = len(multipliers) // max(count, 1)
+        found = held.respond(np.ascontiguousarray(points))
+        size = len(found.multipliers) // max(count, 1)
         return cls(
-            velocity_changes.reshape(count, nv).T,
-            multipliers.reshape(count, size).T,
-            delassus.reshape(count, count),
+            found.velocity_changes.reshape(count, nv).T,
+            found.multipliers.reshape(count, size).T,
+            found.W.reshape(count, count),
         )

@@ -7,24 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from .._core import Contacts, FrictionKind, Order, Slip, Table, Verdict
+from .._core import Friction as CoreFriction
+from .._core import Law as CoreLaw
+from .._core import Restitution as CoreRestitution
 from .._core import find_others as core_others
 from .._core import solve_contacts as core_contacts
 from ..errors import InputError, NotFiniteError, RangeError, ShapeError
-from ..scene.coefficients import EllipticFriction, StaticKinetic, friction_at
-from ..scene.law import ORDERS, RESTITUTIONS, SLIPS, Law
+from ..scene.coefficients import EllipticFriction, FrictionTable, StaticKinetic, friction_at
+from ..scene.law import Law
 from .status import BY_CODE, Status
 
 __all__ = [
-    "ContactProblem", "ContactSolution", "Finding", "Turning", "find_others", "friction_models",
-    "law_codes", "solve_contacts",
+    "ContactProblem", "ContactSolution", "Finding", "Turning", "core_friction", "core_law",
+    "find_others", "solve_contacts",
 ]  # fmt: skip
-
-_NUMBER, _STATIC_KINETIC, _BY_SPEED, _ELLIPTIC = range(4)
-FrictionModel = tuple[int, float, float, float, float, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,18 +75,21 @@ class ContactProblem:
     adhesion: np.ndarray | None = None
     turning: Turning | None = None
 
-    def coefficients(self) -> tuple[Any, ...]:
-        """Return the coefficients as the core takes them."""
-        turning = self.turning
-        given = (self.restitution, self.friction, self.tangential_restitution)
-        return (
-            *map(_plain, given),
-            None if self.stiffness is None else _plain(self.stiffness),
-            None if self.adhesion is None else _plain(self.adhesion),
-            None if turning is None else np.ascontiguousarray(turning.of, dtype=np.int32),
-            None if turning is None else _plain(turning.rolling),
-            None if turning is None else _plain(turning.torsion),
-        )
+    def contacts(self, models: Sequence[CoreFriction] = ()) -> Contacts:
+        """Return the coefficients as the core takes them; ``models``: of friction beside µ."""
+        given: dict[str, Any] = {
+            "restitution": self.restitution,
+            "friction": self.friction,
+            "tangential": self.tangential_restitution,
+            "stiffness": self.stiffness,
+            "adhesion": self.adhesion,
+        }
+        if self.turning is not None:
+            given |= {"rolling": self.turning.rolling, "torsion": self.turning.torsion}
+        fields = {name: _plain(array) for name, array in given.items() if array is not None}
+        if self.turning is not None:
+            fields["turning_of"] = np.ascontiguousarray(self.turning.of, dtype=np.int32)
+        return Contacts(models=list(models), **fields)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +130,8 @@ class ContactSolution:
 
     @classmethod
     def of(cls, found: Any) -> ContactSolution:
-        """Return the contacts' part of what the core found for an impact."""
-        unique, friction = found.contact_unique.astype(bool), found.friction
+        """Return what the core found."""
+        unique, friction = found.unique, found.friction
         return cls(
             found.impulse,
             found.after,
@@ -146,41 +151,41 @@ def _plain(array: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(array, dtype=float)
 
 
-def law_codes(law: Law) -> tuple[int, int, int, float]:
+def core_law(law: Law) -> CoreLaw:
     """Return the law as the core takes it."""
-    return (
-        RESTITUTIONS.index(law.restitution),
-        SLIPS.index(law.slip),
-        ORDERS.index(law.order),
-        law.exponent,
+    return CoreLaw(
+        restitution=CoreRestitution[law.restitution],
+        slip=Slip[law.slip],
+        order=Order[law.order],
+        exponent=law.exponent,
     )
 
 
-def friction_models(
-    models: Sequence[Any], axes: Sequence[np.ndarray | None]
-) -> list[FrictionModel]:
+def core_friction(model: Any, axis: np.ndarray | None = None) -> CoreFriction:
     """Return friction that is more than numbers as the core takes it.
 
     Args:
-        models: (n,) of each contact.
-        axes: (n,) of an ellipse (2,) its first axis in the contact's tangents, else None.
+        model: of a contact.
+        axis: of an ellipse (2,) its first axis in the contact's tangents, else None.
     """
-    return [_model_of(model, axis) for model, axis in zip(models, axes, strict=True)]
-
-
-def _model_of(model: Any, axis: np.ndarray | None) -> FrictionModel:
     if isinstance(model, EllipticFriction):
-        along = (1.0, 0.0) if axis is None else (float(axis[0]), float(axis[1]))
-        return (_ELLIPTIC, model.first, model.second, *along, None)
+        axis = np.array([1.0, 0.0]) if axis is None else np.ascontiguousarray(axis, dtype=float)
+        kind = FrictionKind.elliptic
+        return CoreFriction(kind=kind, first=model.first, second=model.second, axis=axis)
     if isinstance(model, StaticKinetic):
-        return (_STATIC_KINETIC, model.static, model.kinetic, 1.0, 0.0, None)
+        kind = FrictionKind.static_kinetic
+        return CoreFriction(kind=kind, first=model.static, second=model.kinetic)
+    if isinstance(model, FrictionTable):
+        table = Table(list(model.speeds), list(model.values))
+        return CoreFriction(kind=FrictionKind.by_speed, table=table)
     if callable(model):
-        return (_BY_SPEED, 0.0, 0.0, 1.0, 0.0, lambda speed: friction_at(model, speed))
-    return (_NUMBER, float(model), 0.0, 1.0, 0.0, None)
+        function = partial(friction_at, model)
+        return CoreFriction(kind=FrictionKind.by_speed, function=function)
+    return CoreFriction(first=float(model))
 
 
 def solve_contacts(
-    problem: ContactProblem, law: Law, models: Sequence[FrictionModel] = ()
+    problem: ContactProblem, law: Law, models: Sequence[tuple[Any, Any]] = ()
 ) -> ContactSolution:
     """Return the impulses of all contacts of one instant.
 
@@ -192,7 +197,8 @@ def solve_contacts(
     Args:
         problem: W, velocities and coefficients.
         law: how restitution, slip and order are understood.
-        models: friction that is more than numbers, as ``friction_models`` gives it.
+        models: where some friction is more than numbers, of each contact that, and of an ellipse
+            (2,) its first axis in the contact's tangents, else None.
 
     Raises:
         InputError: law and coefficients cannot go together, or several frictional
@@ -210,19 +216,13 @@ def solve_contacts(
         1.5
     """
     check_problem(problem)
-    (
-        impulse, after, code, residual, unique, start, normal, friction, steps, tied, mu, refused,
-    ) = core_contacts(
+    found = core_contacts(
         _plain(problem.delassus), _plain(problem.velocity_before), _plain(problem.velocity_free),
-        problem.coefficients(), list(models), *law_codes(law),
+        problem.contacts([core_friction(*model) for model in models]), core_law(law),
     )  # fmt: skip
-    if refused:
-        raise InputError(refused)
-    own = unique.astype(bool)
-    return ContactSolution(
-        impulse, after, BY_CODE[code], residual, None if own.all() else own, start, normal,
-        friction, steps, tied, mu if len(mu) else None,
-    )  # fmt: skip
+    if found.refused:
+        raise InputError(found.refused)
+    return ContactSolution.of(found)
 
 
 def check_problem(problem: ContactProblem) -> None:
@@ -271,13 +271,22 @@ RULE_OF_SHARES = (
     "its load), as far as none pulls"
 )
 SHARED = "redundant contacts share their load by rule"
-REASONS = (
-    (PROVEN, "no friction: the problem is convex"),
-    (PROVEN, "friction feeds back weakly on the normal impulses"),
-    (PROVEN, "all modes were tried: any other v⁺ that obeys the law gains energy"),
-    (NOT_PROVEN, "Newton's method was started from all modes; no other v⁺ was found"),
-    (NOT_PROVEN, "not searched: too many contacts with friction that act on each other"),
-)
+REASONS = {
+    Verdict.smooth: (PROVEN, "no friction: the problem is convex"),
+    Verdict.weak: (PROVEN, "friction feeds back weakly on the normal impulses"),
+    Verdict.all_tried: (
+        PROVEN,
+        "all modes were tried: any other v⁺ that obeys the law gains energy",
+    ),
+    Verdict.searched: (
+        NOT_PROVEN,
+        "Newton's method was started from all modes; no other v⁺ was found",
+    ),
+    Verdict.not_searched: (
+        NOT_PROVEN,
+        "not searched: too many contacts with friction that act on each other",
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -315,10 +324,11 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(PROVEN, "contacts are struck one after the other")
     if law.slip == "path":
         return Finding(PROVEN, "impulses are followed along the impact, step by step")
-    code, impulses = core_others(
+    found = core_others(
         _plain(problem.delassus), _plain(problem.velocity_before), _plain(problem.velocity_free),
-        problem.coefficients(), RESTITUTIONS.index(law.restitution), _plain(solution.impulse),
+        problem.contacts(), core_law(law), _plain(solution.impulse),
     )  # fmt: skip
+    impulses = found.impulses
     for impulse in impulses:
         impulse.setflags(write=False)
     if impulses:
@@ -330,7 +340,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
         return Finding(
             NOT_PROVEN, "redundant contacts share their load by rule", (), RULE_OF_SHARES
         )
-    return Finding(*REASONS[code])
+    return Finding(*REASONS[found.verdict])
 
 
 def _shares_matter(problem: ContactProblem, law: Law, solution: ContactSolution) -> bool:

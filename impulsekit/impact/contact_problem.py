@@ -26,7 +26,7 @@ from ..scene.coefficients import EllipticFriction, restitution_at, static_fricti
 from ..scene.constraints import KEPT
 from ..scene.scene import scene_at
 from .contact_law import ContactProblem as LawProblem
-from .contact_law import ContactSolution, Turning, friction_models, solve_contacts
+from .contact_law import ContactSolution, Turning, solve_contacts
 from .flat.scene import flat_of
 from .status import Status
 
@@ -337,11 +337,10 @@ def _coefficients(
     models: tuple[Any, ...] = ()
     if any(callable(mu) or isinstance(mu, EllipticFriction) for mu in frictions):
         ellipses = points.ellipses.reshape(-1, 2)
-        axes = [
-            ellipses[i] if isinstance(mu, EllipticFriction) else None
+        models = tuple(
+            (mu, ellipses[i] if isinstance(mu, EllipticFriction) else None)
             for i, mu in enumerate(frictions)
-        ]
-        models = tuple(friction_models(frictions, axes))
+        )
     turning = None
     if len(points.turning_of):
         of = np.array(points.turning_of)

@@ -95,13 +95,13 @@ def touches_of(rows: StateRows, flat: FlatScene, scene: Scene) -> tuple[Touch, .
 def outcome_of(solved: Solved) -> Outcome:
     """Return the core's results for an impact of a scene."""
     solution = solved.core.solution
-    unique = solution.unique.astype(bool)
+    unique = solution.unique
     touches = touches_of(solved.core.rows, solved.jump.flat, solved.scene)
     return Outcome(
         solution.multipliers,
         None if unique.all() else unique,
         touches,
-        ContactSolution.of(solution) if touches else None,
+        ContactSolution.of(solution.contact) if touches else None,
         solution.nearly_dependent,
         (solution.momentum_residual, solution.constraint_residual, solution.contact_residual),
     )

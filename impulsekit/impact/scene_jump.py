@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .._core import SceneImpact, solve_scene
+from .._core import Failure, SceneImpact, solve_scene
 from ..errors import ContradictionError, InputError
 from ..scene.scene import SceneCache
 from .flat.law import contact_law
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["SceneJump", "Solved", "jump_of"]
 
-_SINGULAR, _REFUSED = 1, 3
 # Rows that contradict each other are named, so many at most.
 MOST_NAMED = 6
 
@@ -84,7 +83,7 @@ class SceneJump:
             more["features"] = features
         own = self.flat.impulses if numbers is None else numbers[self.flat.order]
         found = solve_scene(self.flat.core, self.law, q, v, own, **more)
-        if found.failure or not found.has_directions:
+        if not found.is_solved:
             self._refuse(scene, q, found)
         if scene.controlled and found.rows.yielded:
             scene = self._freed(scene, found.rows.yielded)
@@ -107,9 +106,9 @@ class SceneJump:
         """Raise the error of an impact without a solution."""
         check_directions(found.rows)
         solution = found.solution
-        if found.failure == _REFUSED:
-            raise InputError(solution.refused)
-        if found.failure == _SINGULAR:
+        if solution.failure == Failure.refused:
+            raise InputError(solution.contact.refused)
+        if solution.failure == Failure.singular_mass:
             model, rows = scene.robot.model, found.rows.A.reshape(-1, scene.robot.nv)
             masses = self.flat.model.core.mass_matrix(q).reshape(model.nv, model.nv)
             raise singular_mass(model, singular_joints(model, masses, rows))

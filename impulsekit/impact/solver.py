@@ -149,7 +149,7 @@ class _Workspace:
                 state.refuse_overflow(v)
         if self._rows is not None:
             solved = self._rows.solve(scene, q, v, numbers=numbers)
-            return Impact(solved.scene, q, v, solved.core.dv, solved=solved)
+            return Impact(solved.scene, q, v, solved.core.solution.dv, solved=solved)
         return Impact(scene, q, v, self._velocity_jump(q, numbers))
 
     def solve_touching(
@@ -167,7 +167,7 @@ class _Workspace:
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
         solved = self._rows.solve(scene, q, v, touching, features)
-        return Impact(solved.scene, q, v, solved.core.dv, solved=solved)
+        return Impact(solved.scene, q, v, solved.core.solution.dv, solved=solved)
 
     def _no_jump(self, q: np.ndarray, numbers: np.ndarray | None) -> np.ndarray:
         return np.zeros(self._v_shape)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import enum
 from typing import Any
 
+from .._core import Status as Code
+
 __all__ = ["BY_CODE", "RESIDUAL_LIMIT", "Status", "judged"]
 
 # Residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
@@ -33,60 +35,60 @@ class Status(int, enum.Enum):
         return f"<{type(self).__name__}.{self.name}: {self.value!r}>"
 
     SOLVED = (
-        0,
+        Code.solved,
         "Residuals are at machine precision.",
     )
     INACCURATE = (
-        1,
+        Code.inaccurate,
         "Residuals are above machine precision: masses or lengths in this scene span too many "
         "orders of magnitude for double precision. See impact.residuals and rescale the model.",
     )
     ENERGY_GAIN = (
-        4,
+        Code.energy_gain,
         "Contacts and constraints increase the kinetic energy, as Newton's and Poisson's laws can "
         "with friction (Kane & Levinson 1985), and Newton's where constraints change velocities "
         'at the same instant. Use Law(restitution="stronge", slip="path"), or lower e.',
     )
     NO_SOLUTION = (
-        6,
+        Code.no_solution,
         "No impulse satisfies the contact law at this state: friction jams the contact (Painlevé), "
         "or the restitutions of opposing contacts contradict each other. Lower friction or "
         'restitution, or use Law(restitution="poisson").',
     )
     NOT_CONVERGED = (
-        7,
+        Code.not_converged,
         "The contact solver did not converge to the residual limit; the numbers shown are its last "
         "iterate, do not use them. Lower the friction, or leave out redundant contacts.",
     )
     NOT_FINITE = (
-        9,
+        Code.not_finite,
         "The row contains NaN or infinity; it was not solved.",
     )
     OFF_MANIFOLD = (
-        10,
+        Code.off_manifold,
         "A quaternion or (cosine, sine) pair of the row is off unit length by more "
         "than 1e-6; it was not solved. Normalize the configuration.",
     )
     OUT_OF_RANGE = (
-        11,
+        Code.out_of_range,
         "A number of the row is out of range: restitution must be 0 to 1, friction >= 0, "
         "velocities at contacts and constraints below 1e153; it was not solved.",
     )
     SINGULAR_MASS = (
-        12,
+        Code.singular_mass,
         "The mass matrix is singular at this state: a joint moves no mass and no inertia.",
     )
     CONTRADICTION = (
-        13,
+        Code.contradiction,
         "Contradictory constraints: their rows are linearly dependent at this state, with "
         "different target velocities.",
     )
     REFUSED = (
-        14,
+        Code.refused,
         "The contact law does not accept this state; solve it alone for the error message.",
     )
     NEARLY_DEPENDENT = (
-        15,
+        Code.nearly_dependent,
         "Valid if these rows are meant to be dependent. Some rows of constraints or contacts are "
         "linearly dependent within 1e-7; the difference is treated as an inaccuracy of the model "
         "and not imposed. Do not use this result near a singular pose, such as an almost straight "

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from .._core import solve_matrices
-from ..impact.contact_law import friction_models, law_codes
+from .._core import Contacts, Failure, solve_matrices
+from ..impact.contact_law import core_friction, core_law
 from ..impact.status import BY_CODE, Status
 from ..robot.arrays import read_only
 from ..scene.coefficients import EllipticFriction
@@ -48,7 +48,7 @@ class ImpactSolver:
         self, model: Any, coefficients: PairCoefficients, limits: float | None, law: Law
     ) -> None:
         self._model, self._coefficients, self._limits = model, coefficients, limits or 0.0
-        self._law = law_codes(law)
+        self._law = core_law(law)
         parent = np.arange(-1, model.nv - 1) if model.tendon_armature.any() else model.dof_parentid
         self._parent = np.ascontiguousarray(parent, dtype=np.int32)
         self._state_size = mujoco.mj_stateSize(model, _STATE)
@@ -63,21 +63,23 @@ class ImpactSolver:
         J = self._rows(listing, which, dims, friction.turning)
         approach = -(J[: len(which), 2] @ v)
         e = self._restitution(pairs, approach, n)
-        zeros = np.zeros(len(which))
-        turns = len(friction.turning) > 0
+        given: dict[str, Any] = {"restitution": e, "friction": friction.mu}
+        if len(friction.turning):
+            given |= {
+                "turning_of": friction.turning,
+                "rolling": friction.rolling,
+                "torsion": friction.torsion,
+            }
         mass = np.empty((nv, nv))
         mujoco.mj_fullM(model, data, mass)
         equalities = listing.rows[: listing.equalities]
         found = solve_matrices(
             mass, self._parent, v, equalities, equalities @ v, J.reshape(-1, nv),
-            (
-                e, friction.mu, zeros, None, None,
-                *((friction.turning, friction.rolling, friction.torsion) if turns else 3 * [None]),
-            ),
-            friction.models, *self._law,
+            Contacts(tangential=np.zeros(len(which)), models=friction.models, **given), self._law,
         )  # fmt: skip
-        status = Status.NO_SOLUTION if found.failure else BY_CODE[found.status]
-        dv, own = found.dv, found.impulse
+        is_solved = found.failure == Failure.none
+        status = BY_CODE[found.contact.status] if is_solved else Status.NO_SOLUTION
+        dv, own = found.dv, found.contact.impulse
         if not status.valid:
             dv, own = np.zeros(nv), np.zeros(3 * len(J))
         state = np.empty(self._state_size)
@@ -90,7 +92,7 @@ class ImpactSolver:
             qvel=read_only(v),
             dv=read_only(dv),
             status=status,
-            residual=found.residual,
+            residual=found.contact.residual,
             parts=Parts(
                 model, state, mass, listing.equalities, J, own.reshape(-1, 3), pairs,
                 listing.positions[contacts], data.contact.frame[listing.numbers[contacts]],
@@ -121,8 +123,9 @@ class ImpactSolver:
         slides[dims == 1] = 0.0
         models: list[Any] = []
         if (slides[:, 0] != slides[:, 1]).any():
-            ellipses = [EllipticFriction(a, b) if a != b else a for a, b in slides.tolist()]
-            models = friction_models(ellipses, [np.array([1.0, 0.0])] * len(dims))
+            models = [
+                core_friction(EllipticFriction(a, b) if a != b else a) for a, b in slides.tolist()
+            ]
         turning = (dims > 3).nonzero()[0].astype(np.int32)
         own = given[turning]
         rolling = np.where(dims[turning] == 6, 0.5 * (own[:, 3] + own[:, 4]), 0.0)

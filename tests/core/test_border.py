@@ -28,7 +28,7 @@ def solve(**changed):
     for name, value in changed.items():
         (arrays if name in arrays else outputs)[name] = value
     known, codes = np.zeros(3, dtype=np.int8), np.zeros(3, dtype=np.int8)
-    law = _core.ContactLaw(0, 0, 0, 1.5)
+    law = _core.ContactLaw(_core.Law(), [])
     _core.solve_batch(scene, law, False, [], [], arrays, known, outputs, codes, 1, None)
     return outputs["v_after"]
 
@@ -49,9 +49,9 @@ def test_what_would_have_to_be_copied_is_refused(name, array):
 def test_a_mass_of_no_degrees_of_freedom_takes_no_vectors():
     empty = np.zeros((0, 0))
     mass = _core.ConstrainedMass(empty, [], empty, [], None)
-    assert mass.solve(np.zeros((0, 0))).size == 0
+    assert mass.half(np.zeros((0, 0))).size == 0
     with pytest.raises(ValueError, match="degrees of freedom"):
-        mass.solve(np.ones((2, 3)))
+        mass.half(np.ones((2, 3)))
 
 
 def test_a_polytope_has_corners():
@@ -84,6 +84,6 @@ def test_an_impact_is_differentiated_in_its_own_scene():
     scene = ik.Scene(robot, contacts=[ik.Contact("ball")])
     jump, _, impact = ik.solve(scene, robot.neutral(), -np.eye(6)[2]).solved
     assert _core.Derivation(jump.flat.core, jump.law, impact).unavailable == 0
-    law = _core.ContactLaw(0, 0, 0, 1.5)
+    law = _core.ContactLaw(_core.Law(), [])
     with pytest.raises(ValueError, match="expected one of this scene"):
         _core.Derivation(bare, law, impact)

@@ -98,7 +98,7 @@ def refuse_invalid(impact: Impact) -> None:
     """
     core = impact.solved.core
     # Others that obey the law as well do not matter here: the derivatives are of the v⁺ shown.
-    if not BY_CODE[core.code].obeys_law and core.rows.entries:
+    if not BY_CODE[core.solution.status].obeys_law and core.rows.entries:
         raise InputError(
             f"derivatives: the impact has no valid solution. {impact.describe_status()}"
         )

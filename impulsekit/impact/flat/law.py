@@ -8,46 +8,50 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._core import ContactLaw
+from ..._core import BySpeed, ContactCoefficients, ContactLaw, Table
 from ...errors import InputError
 from ...scene import Restitution, RestitutionTable
 from ...scene.coefficients import restitution_at, static_friction
 from ...scene.functions import call
-from ..contact_law import friction_models, law_codes
+from ..contact_law import core_friction, core_law
 
 if TYPE_CHECKING:
     from ...scene import Scene
 
 __all__ = ["contact_law"]
 
-_NUMBERS = "tangential_restitution", "stiffness", "adhesion", "rolling", "torsion"
+_NUMBERS = {
+    "tangential": "tangential_restitution",
+    **{name: name for name in ("stiffness", "adhesion", "rolling", "torsion")},
+}
 
 
 def contact_law(scene: Scene) -> ContactLaw:
     """Return the law of a scene with the coefficients of its contacts, as the core takes it."""
-    law = ContactLaw(*law_codes(scene.law))
+    contacts = []
     for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
-        model = getattr(entry, "friction", 0.0)
-        law.add(
-            _restitution(entry.restitution, f"{name}: restitution"),
-            friction_models([model], [None])[0],
-            static_friction(model),
-            *(getattr(entry, what, 0.0) or 0.0 for what in _NUMBERS),
+        friction = getattr(entry, "friction", 0.0)
+        contacts.append(
+            ContactCoefficients(
+                restitution=_restitution(entry.restitution, f"{name}: restitution"),
+                friction=static_friction(friction),
+                model=core_friction(friction),
+                **{own: float(getattr(entry, of, 0.0) or 0.0) for own, of in _NUMBERS.items()},
+            )
         )
-    return law
+    return ContactLaw(core_law(scene.law), contacts)
 
 
-def _restitution(value: Any, what: str) -> tuple[Any, ...]:
-    """Value, capture speed, speeds and values of a table, a function of the speed, its slope."""
+def _restitution(value: Any, what: str) -> BySpeed:
     if isinstance(value, Restitution):
-        return value.value, value.capture_speed, [], [], None, None
+        return BySpeed(value=value.value, capture=value.capture_speed)
     if isinstance(value, RestitutionTable):
-        return 0.0, 0.0, list(value.speeds), list(value.values), None, None
+        return BySpeed(table=Table(list(value.speeds), list(value.values)))
     if callable(value):
         slope = getattr(value, "derivative", None)
         own = partial(_slope_at, slope, what) if callable(slope) else None
-        return 0.0, 0.0, [], [], partial(_at, value, what), own
-    return float(value), 0.0, [], [], None, None
+        return BySpeed(function=partial(_at, value, what), slope=own)
+    return BySpeed(value=float(value))
 
 
 def _at(value: Any, what: str, speed: float) -> float:

@@ -1,0 +1,83 @@
+// Classes of named fields: what Python gives the core, and what it reads of results.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <type_traits>
+#include <vector>
+
+#include "bind/arrays.hpp"
+
+namespace impulsekit {
+
+template <typename T>
+struct IsArray : std::false_type {};
+template <>
+struct IsArray<std::vector<double>> : std::true_type {};
+template <>
+struct IsArray<std::vector<char>> : std::true_type {};
+template <>
+struct IsArray<std::vector<std::int8_t>> : std::true_type {};
+
+// A class that Python reads.
+template <typename T>
+class Result : public nb::class_<T> {
+  public:
+    using nb::class_<T>::class_;
+
+    // A member, or what a function finds; numbers and flags as arrays.
+    template <typename Part>
+    Result& part(const char* name, Part part) {
+        using Found = std::decay_t<std::invoke_result_t<Part, const T&>>;
+        if constexpr (IsArray<Found>::value)
+            this->def_prop_ro(
+                name, [part](const T& own) { return array_of(std::invoke(part, own)); },
+                nb::rv_policy::move);
+        else if constexpr (std::is_member_object_pointer_v<Part>)
+            this->def_ro(name, part);
+        else
+            this->def_prop_ro(name, part);
+        return *this;
+    }
+};
+
+// A class that Python makes by the names of its fields; those that it does not name stay as they
+// are.
+template <typename T>
+class Record : public nb::class_<T> {
+  public:
+    Record(nb::module_& module, const char* name, const char* doc)
+        : nb::class_<T>(module, name, doc) {
+        this->def(
+            "__init__",
+            [](nb::handle self, const nb::kwargs& fields) {
+                new (nb::inst_ptr<T>(self)) T();
+                nb::inst_mark_ready(self);
+                for (const auto& [name, value] : fields) nb::setattr(self, name, value);
+            },
+            nb::sig("def __init__(self, **fields: object) -> None"));
+    }
+
+    template <typename V>
+    Record& field(const char* name, V T::* member) {
+        this->def_rw(name, member);
+        return *this;
+    }
+    // An array of so many numbers.
+    template <std::size_t count>
+    Record& field(const char* name, double (T::*member)[count]) {
+        this->def_prop_rw(
+            name,
+            [member](const T& own) {
+                return array_of(std::vector<double>(own.*member, own.*member + count));
+            },
+            [member, name](T& own, const Array& given) {
+                const double* numbers = data_of(given, count, name);
+                std::copy(numbers, numbers + count, own.*member);
+            },
+            nb::for_getter(nb::rv_policy::move));
+        return *this;
+    }
+};
+
+}  // namespace impulsekit
