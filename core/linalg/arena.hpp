@@ -13,14 +13,14 @@ class Arena {
   public:
     // Zeroed room for `count` numbers, valid until the mark before it is released.
     double* allocate(std::size_t count) {
-        const std::size_t size = std::max(count, std::size_t{1});
+        const std::size_t size = (std::max(count, std::size_t{1}) + kLine - 1) / kLine * kLine;
         while (chunk_ < chunks_.size() && used_ + size > chunks_[chunk_].size) next();
         if (chunk_ == chunks_.size()) {
             std::size_t room = std::max(size, kChunk);
-            chunks_.push_back({std::make_unique<double[]>(room), room});
+            chunks_.push_back({std::make_unique<Line[]>(room / kLine), room});
             owned_ += room;
         }
-        double* start = chunks_[chunk_].data.get() + used_;
+        double* start = chunks_[chunk_].data.get()->numbers + used_;
         used_ += size;
         std::fill(start, start + size, 0.0);
         return start;
@@ -29,10 +29,15 @@ class Arena {
     // A matrix; its size as a product of integers could overflow.
     double* allocate(std::size_t rows, std::size_t columns) { return allocate(rows * columns); }
 
-    int* allocate_int(std::size_t count) {
-        static_assert(sizeof(int) <= sizeof(double), "integers are kept in rooms of doubles");
-        return reinterpret_cast<int*>(allocate(count));
+    // Numbers of another kind, such as eight side by side.
+    template <typename T>
+    T* allocate_of(std::size_t count) {
+        static_assert(alignof(T) <= sizeof(Line), "rooms begin at lines of memory");
+        return reinterpret_cast<T*>(
+            allocate((count * sizeof(T) + sizeof(double) - 1) / sizeof(double)));
     }
+
+    int* allocate_int(std::size_t count) { return allocate_of<int>(count); }
 
     // Gives back, at its end, all that was taken in its life.
     class Scope {
@@ -52,8 +57,12 @@ class Arena {
     };
 
   private:
+    static constexpr std::size_t kLine = 8;
+    struct alignas(kLine * sizeof(double)) Line {
+        double numbers[kLine];
+    };
     struct Chunk {
-        std::unique_ptr<double[]> data;
+        std::unique_ptr<Line[]> data;
         std::size_t size;
     };
     // Numbers of a chunk, and how many are kept when nothing is in use: 128 kB and 16 MB.

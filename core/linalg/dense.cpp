@@ -119,28 +119,10 @@ void null_projector(const double* l, const int* order, int n, int rank, double* 
         for (int j = 0; j < n; ++j) projector[order[i] * n + order[j]] = own[i * n + j];
 }
 
-double dot(const double* x, const double* y, int n) {
-    // Four sums side by side: one alone would wait for each addition.
-    double total[4] = {0.0, 0.0, 0.0, 0.0};
-    int i = 0;
-    for (; i + 4 <= n; i += 4)
-        for (int k = 0; k < 4; ++k) total[k] += x[i + k] * y[i + k];
-    for (; i < n; ++i) total[0] += x[i] * y[i];
-    return (total[0] + total[1]) + (total[2] + total[3]);
-}
-
 double largest(const double* x, int n) {
     double most = 0.0;
     for (int i = 0; i < n; ++i) most = std::max(most, std::abs(x[i]));
     return most;
-}
-
-void add_transposed(const double* rows, int count, int nv, const double* x, double* y) {
-    for (int r = 0; r < count; ++r) {
-        if (x[r] == 0.0) continue;
-        const double* row = rows + r * nv;
-        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
-    }
 }
 
 void multiply(const double* a, int n, const double* x, const double* b, double* y) {

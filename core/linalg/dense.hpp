@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "linalg/arena.hpp"
+#include "linalg/numbers.hpp"
 
 namespace impulsekit {
 
@@ -38,11 +39,39 @@ void solve_pivoted(const double* l, const int* order, int n, int rank, double* x
 void null_projector(const double* l, const int* order, int n, int rank, double* projector,
                     Arena& arena);
 
-double dot(const double* x, const double* y, int n);
+// Σ term(i), in four sums side by side: one alone would wait for each addition.
+template <typename Term>
+auto sum_of(int n, Term term) {
+    decltype(term(0)) total[4] = {};
+    int i = 0;
+    for (; i + 4 <= n; i += 4)
+        for (int k = 0; k < 4; ++k) total[k] += term(i + k);
+    for (; i < n; ++i) total[0] += term(i);
+    return (total[0] + total[1]) + (total[2] + total[3]);
+}
+
+template <typename S>
+S dot(const S* x, const S* y, int n) {
+    return sum_of(n, [&](int i) -> S { return x[i] * y[i]; });
+}
+
+// Σ |x_i| y_i.
+template <typename S>
+S dot_of_sizes(const S* x, const S* y, int n) {
+    return sum_of(n, [&](int i) -> S { return magnitude(x[i]) * y[i]; });
+}
+
 double largest(const double* x, int n);
 
 // y += rowsᵀ x, of (count, nv) rows.
-void add_transposed(const double* rows, int count, int nv, const double* x, double* y);
+template <typename S>
+void add_transposed(const S* rows, int count, int nv, const S* x, S* y) {
+    for (int r = 0; r < count; ++r) {
+        if (!any(x[r] != 0.0)) continue;
+        const S* row = rows + r * nv;
+        for (int k = 0; k < nv; ++k) y[k] += x[r] * row[k];
+    }
+}
 
 // y = A x + b.
 void multiply(const double* a, int n, const double* x, const double* b, double* y);

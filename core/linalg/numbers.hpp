@@ -123,6 +123,14 @@ Dual<N> root(const Dual<N>& x) {
     return Dual<N>::along(y, 0.5 / y, x);
 }
 
+// |x| and the larger of two; a NaN is not larger.
+inline double magnitude(double x) { return std::abs(x); }
+inline Pack magnitude(const Pack& x) { return x < 0.0 ? -x : x; }
+template <typename S>
+S larger(const S& a, const S& b) {
+    return a < b ? b : a;
+}
+
 inline bool any(bool x) { return x; }
 inline bool any(const PackBits& x) {
     std::int64_t all = 0;

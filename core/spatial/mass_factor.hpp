@@ -1,6 +1,7 @@
 // The mass matrix factored: M = Lᵀ D L, sparse by the tree (Featherstone 2008, section 6.5).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -13,34 +14,40 @@ namespace impulsekit {
 inline constexpr double kLeastPivot = 1e-10;
 
 // Rows of L reach along `parent` alone: the degree of freedom that each hangs on, −1 for none,
-// always smaller than its own. A dense matrix has parent i − 1.
-class MassFactor {
+// always smaller than its own. A dense matrix has parent i − 1. Of one state or eight side by side.
+template <typename F>
+class MassFactorOf {
   public:
-    // M (n, n) symmetric, its lower triangle read. False where a pivot is rounding; `weak` is then
-    // its degree of freedom.
-    bool factor(const double* M, const int* parent, int n, int* weak = nullptr) {
+    static constexpr int lanes = Number<F>::lanes;
+
+    // M (n, n) symmetric, its lower triangle read. False where a pivot is rounding in some lane;
+    // `weak` (lanes) is then its degree of freedom there, else left as it is.
+    bool factor(const F* M, const int* parent, int n, int* weak = nullptr) {
         n_ = n;
         parent_.assign(parent, parent + n);
         L_.assign(M, M + n * n);
         roots_.resize(n);
-        bool sound = true;
+        bool sound[lanes];
+        std::fill(sound, sound + lanes, true);
         for (int k = n - 1; k >= 0; --k) {
-            double* row = L_.data() + k * n;
-            double pivot = row[k];
-            if (!(pivot > kLeastPivot * M[k * n + k])) {
-                if (weak && sound) *weak = k;
-                sound = false;
-                pivot = row[k] = INFINITY;
+            F* row = L_.data() + k * n;
+            for (int l = 0; l < lanes; ++l) {
+                if (Number<F>::get(row[k], l) > kLeastPivot * Number<F>::get(M[k * n + k], l))
+                    continue;
+                if (weak && sound[l]) weak[l] = k;
+                sound[l] = false;
+                Number<F>::set(row[k], l, INFINITY);
             }
-            roots_[k] = std::sqrt(pivot);
+            const F pivot = row[k];
+            roots_[k] = root(pivot);
             for (int i = parent[k]; i >= 0; i = parent[i]) {
-                double share = row[i] / pivot;
-                double* upper = L_.data() + i * n;
+                const F share = row[i] / pivot;
+                F* upper = L_.data() + i * n;
                 for (int j = i; j >= 0; j = parent[j]) upper[j] -= share * row[j];
                 row[i] = share;
             }
         }
-        return sound;
+        return std::all_of(sound, sound + lanes, [](bool x) { return x; });
     }
 
     // x ← D^-½ L⁻ᵀ x: with it W = J M⁻¹ Jᵀ is a product of rows with themselves.
@@ -48,7 +55,7 @@ class MassFactor {
     void half(S* x) const {
         for (int i = n_ - 1; i >= 0; --i) {
             if (!any(x[i] != 0.0)) continue;
-            const double* row = L_.data() + i * n_;
+            const F* row = L_.data() + i * n_;
             for (int j = parent_[i]; j >= 0; j = parent_[j]) x[j] -= row[j] * x[i];
         }
         for (int i = 0; i < n_; ++i) x[i] /= roots_[i];
@@ -58,7 +65,7 @@ class MassFactor {
     template <typename S>
     void rest(S* x) const {
         for (int i = 0; i < n_; ++i) {
-            const double* row = L_.data() + i * n_;
+            const F* row = L_.data() + i * n_;
             x[i] /= roots_[i];
             for (int j = parent_[i]; j >= 0; j = parent_[j]) x[i] -= row[j] * x[j];
         }
@@ -73,7 +80,9 @@ class MassFactor {
   private:
     int n_ = 0;
     std::vector<int> parent_;
-    std::vector<double> L_, roots_;
+    std::vector<F> L_, roots_;
 };
+
+using MassFactor = MassFactorOf<double>;
 
 }  // namespace impulsekit
