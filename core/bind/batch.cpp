@@ -36,48 +36,6 @@ Column column_of(const std::optional<Matrix>& given, int size, std::size_t width
     return column;
 }
 
-void add_blow(GivenScene& self, const std::pair<int, Array>& site, bool is_local) {
-    self.check_unused();
-    Blow blow;
-    blow.site = site_of(self.model, site);
-    blow.is_local = is_local;
-    self.scene.blows.push_back(blow);
-}
-
-void add_kick(GivenScene& self, int v) {
-    self.check_unused();
-    if (v < 0 || v >= self.model.nv)
-        throw nb::value_error("v: expected the number of a degree of freedom, got another");
-    self.scene.kicks.push_back(v);
-}
-
-void add_load(GivenScene& self, int body, const Array& numbers) {
-    self.check_unused();
-    const double* from = data_of(numbers, 10, "numbers");
-    check_body(self.model, body);
-    const Mat3<double> turn = mat3<double>(self.model.bodies[body].turn);
-    Load load;
-    load.body = body;
-    load.mass = from[0];
-    to_body(self.model, body, from + 1, load.moment);
-    const Mat3<double> to_own{{turn.x.x, turn.y.x, turn.z.x},
-                              {turn.x.y, turn.y.y, turn.z.y},
-                              {turn.x.z, turn.y.z, turn.z.z}};
-    const Sym3<double> i =
-        turned(to_own, Sym3<double>{from[4], from[5], from[6], from[7], from[8], from[9]});
-    const double entries[6] = {i.xx, i.xy, i.xz, i.yy, i.yz, i.zz};
-    std::copy(entries, entries + 6, load.inertia);
-    self.scene.loads.push_back(load);
-}
-
-void vary_points(GivenScene& self, const std::vector<int>& contacts) {
-    self.check_unused();
-    for (int entry : contacts)
-        if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
-            throw nb::value_error("points: expected numbers of the scene's contacts");
-    self.scene.points = contacts;
-}
-
 // Arrays of a batch by name.
 struct Given {
     const nb::dict& arrays;
@@ -201,10 +159,6 @@ void solve(const GivenScene& self, const ContactLaw& law, bool is_regular,
 
 void bind_batch(nb::module_& module) {
     using namespace impulsekit;
-    module.def("add_blow", &add_blow, nb::arg("scene"), nb::arg("site"), nb::arg("is_local"));
-    module.def("add_kick", &add_kick, nb::arg("scene"), nb::arg("v"));
-    module.def("add_load", &add_load, nb::arg("scene"), nb::arg("body"), nb::arg("numbers"));
-    module.def("vary_points", &vary_points, nb::arg("scene"), nb::arg("contacts"));
     module.def("solve_batch", &solve, nb::arg("scene"), nb::arg("law"), nb::arg("is_regular"),
                nb::arg("joints"), nb::arg("links"), nb::arg("arrays"), nb::arg("known"),
                nb::arg("outputs"), nb::arg("codes").noconvert(), nb::arg("threads"),

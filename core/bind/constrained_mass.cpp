@@ -73,9 +73,8 @@ void bind_constrained_mass(nb::module_& module) {
     using namespace impulsekit;
     using R = Responses;
     Result<R>(module, "Responses", "Responses to k unit impulses under bilateral rows.")
-        .part("velocity_changes", &R::velocity_changes)
-        .part("multipliers", &R::multipliers)
-        .part("W", &R::W);
+        .parts("velocity_changes", &R::velocity_changes, "multipliers", &R::multipliers, "W",
+               &R::W);
     using H = OwnConstrainedMass;
     constexpr auto kCopy = nb::rv_policy::move;
     nb::class_<H>(module, "ConstrainedMass",

@@ -1,8 +1,9 @@
 // Derivatives of one impact, as Python calls them.
-#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/pair.h>
 
 #include <memory>
 
+#include "bind/fields.hpp"
 #include "bind/given_scene.hpp"
 #include "bind/lanes.hpp"
 #include "derivatives/scene_derivation.hpp"
@@ -43,28 +44,51 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> pull_back(
         found, {count, static_cast<std::size_t>(slopes)}, owner);
 }
 
+void bind_enums(nb::module_& module) {
+    bind_enum<Existence>(module, "Existence", "exists", Existence::exists, "by_differences",
+                         Existence::by_differences, "mode_edge", Existence::mode_edge,
+                         "rank_changes", Existence::rank_changes, "not_available",
+                         Existence::not_available, "no_impact", Existence::no_impact);
+    bind_enum<Unavailable>(module, "Unavailable", "none", Unavailable::none, "drawn_in",
+                           Unavailable::drawn_in, "too_many_hits", Unavailable::too_many_hits,
+                           "coupled", Unavailable::coupled, "no_closed_form",
+                           Unavailable::no_closed_form, "no_compression",
+                           Unavailable::no_compression, "functions", Unavailable::functions,
+                           "singular", Unavailable::singular);
+    bind_enum<Edge>(module, "Edge", "hardly_presses", Edge::hardly_presses, "edge_of_cone",
+                    Edge::edge_of_cone, "hardly_slips", Edge::hardly_slips, "out_of_proportion",
+                    Edge::out_of_proportion, "at_table_point", Edge::at_table_point, "at_capture",
+                    Edge::at_capture, "hardly_approaches", Edge::hardly_approaches, "just_as_fast",
+                    Edge::just_as_fast, "hardly_parts", Edge::hardly_parts, "stuck_at_edge",
+                    Edge::stuck_at_edge, "slip_ends_with_phase", Edge::slip_ends_with_phase,
+                    "hardly_slips_first", Edge::hardly_slips_first);
+}
+
 }  // namespace
 }  // namespace impulsekit
 
 void bind_derivatives(nb::module_& module) {
     using namespace impulsekit;
+    bind_enums(module);
+    Result<ModeEdge>(module, "ModeEdge", "A contact on the edge of its mode.")
+        .parts("kind", &ModeEdge::kind, "contact", &ModeEdge::contact, "other", &ModeEdge::other);
+    using P = Parameters;
+    Result<P>(module, "Parameters", "Where the slopes by each kind of parameter begin.")
+        .parts("q", &P::q, "v", &P::v, "impulses", &P::impulses, "blow_points", &P::blow_points,
+               "restitution", &P::restitution, "friction", &P::friction, "points", &P::points,
+               "normals", &P::normals, "masses", &P::masses)
+        .def(
+            "__init__", [](P* self, const GivenScene& scene) { new (self) P(scene.scene); },
+            nb::arg("scene"));
     using D = SceneDerivation;
-    nb::class_<D>(module, "Derivation", "An impact made linear in its modes.")
+    Result<D>(module, "Derivation", "An impact made linear in its modes.")
+        .part("existence", [](const D& d) { return d.derivation.existence; })
+        .part("unavailable", [](const D& d) { return d.derivation.unavailable; })
+        .part("contact", [](const D& d) { return d.derivation.contact; })
+        .part("edges", [](const D& d) { return d.derivation.edges; })
         .def(nb::new_(&derive), nb::arg("scene"), nb::arg("law"), nb::arg("impact"),
              nb::arg("inertia_of") = -1, nb::keep_alive<0, 1>(), nb::keep_alive<0, 2>(),
              nb::keep_alive<0, 3>())
-        .def_prop_ro("existence",
-                     [](const D& d) { return static_cast<int>(d.derivation.existence); })
-        .def_prop_ro("unavailable",
-                     [](const D& d) { return static_cast<int>(d.derivation.unavailable); })
-        .def_prop_ro("contact", [](const D& d) { return d.derivation.contact; })
-        .def_prop_ro("edges",
-                     [](const D& d) {
-                         std::vector<std::tuple<int, int, int>> found;
-                         for (const ModeEdge& e : d.derivation.edges)
-                             found.emplace_back(e.kind, e.contact, e.other);
-                         return found;
-                     })
         .def("pull_back", &pull_back, nb::arg("weights"),
              "Return (k, slopes) of weights (k, results) of v⁺, λ and contact impulses.");
     module.def("unit_parts", &units_of, nb::arg("model"),
@@ -81,12 +105,4 @@ void bind_derivatives(nb::module_& module) {
         },
         nb::arg("model"), nb::arg("q"), nb::arg("slopes"), nb::rv_policy::automatic,
         "Return (B nq) slopes by the entries of q, of those (B, nv) on its tangent.");
-    module.def(
-        "parameter_places",
-        [](const GivenScene& self) {
-            const Parameters p(self.scene);
-            return std::vector<int>{p.q,        p.v,      p.impulses, p.blow_points, p.restitution,
-                                    p.friction, p.points, p.normals,  p.masses,      p.count};
-        },
-        nb::arg("scene"), "Where the slopes by each kind of parameter begin.");
 }

@@ -19,6 +19,19 @@ struct IsArray<std::vector<char>> : std::true_type {};
 template <>
 struct IsArray<std::vector<std::int8_t>> : std::true_type {};
 
+template <typename E, typename... Rest>
+void add_values(nb::enum_<E>& to, const char* name, E value, Rest... rest) {
+    to.value(name, value);
+    if constexpr (sizeof...(rest) > 0) add_values(to, rest...);
+}
+
+// An enumeration: its values, each after its name.
+template <typename E, typename... Values>
+void bind_enum(nb::module_& module, const char* name, Values... values) {
+    nb::enum_<E> own(module, name, nb::is_arithmetic());
+    add_values(own, values...);
+}
+
 // A class that Python reads.
 template <typename T>
 class Result : public nb::class_<T> {
@@ -37,6 +50,13 @@ class Result : public nb::class_<T> {
             this->def_ro(name, part);
         else
             this->def_prop_ro(name, part);
+        return *this;
+    }
+    // Several, each after its name.
+    template <typename Part, typename... Rest>
+    Result& parts(const char* name, Part one, Rest... rest) {
+        part(name, one);
+        if constexpr (sizeof...(rest) > 0) parts(rest...);
         return *this;
     }
 };
@@ -58,9 +78,38 @@ class Record : public nb::class_<T> {
             nb::sig("def __init__(self, **fields: object) -> None"));
     }
 
+    // Several, each after its name.
+    template <typename Member, typename... Rest>
+    Record& fields(const char* name, Member member, Rest... rest) {
+        field(name, member);
+        if constexpr (sizeof...(rest) > 0) fields(rest...);
+        return *this;
+    }
     template <typename V>
     Record& field(const char* name, V T::* member) {
         this->def_rw(name, member);
+        return *this;
+    }
+    // So many whole numbers.
+    template <std::size_t count>
+    Record& field(const char* name, int (T::*member)[count]) {
+        this->def_prop_rw(
+            name,
+            [member](const T& own) { return std::vector<int>(own.*member, own.*member + count); },
+            [member, name](T& own, const std::vector<int>& given) {
+                if (given.size() != count) throw nb::value_error(name);
+                std::copy(given.begin(), given.end(), own.*member);
+            });
+        return *this;
+    }
+    // An array of any size.
+    Record& array(const char* name, std::vector<double> T::* member) {
+        this->def_prop_rw(
+            name, [member](const T& own) { return array_of(own.*member); },
+            [member](T& own, const Array& given) {
+                (own.*member).assign(given.data(), given.data() + given.size());
+            },
+            nb::for_getter(nb::rv_policy::move));
         return *this;
     }
     // An array of so many numbers.

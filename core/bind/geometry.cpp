@@ -6,7 +6,7 @@
 #include <optional>
 #include <tuple>
 
-#include "bind/arrays.hpp"
+#include "bind/fields.hpp"
 #include "geometry/shapes.hpp"
 #include "scene/contact_geometry.hpp"
 
@@ -25,10 +25,6 @@ Vec3<double> three(const Array& given, const char* name) {
     return vec3<double>(data_of(given, 3, name));
 }
 
-void put(std::vector<double>& out, const Vec3<double>& a) {
-    out.insert(out.end(), {a.x, a.y, a.z});
-}
-
 Shape polytope_of(const Array& corners, const std::vector<std::vector<int>>& loops, double around,
                   const Array& at) {
     const double* a = data_of(corners, corners.size() / 3 * 3, "corners");
@@ -44,14 +40,8 @@ Shape polytope_of(const Array& corners, const std::vector<std::vector<int>>& loo
     return polytope_shape(points, loops, around, placement_of(at));
 }
 
-// Gap, normal and the points of both: 10 numbers.
-Numbers nearest_of(const Shape& a, const Array& pa, const Shape& b, const Array& pb) {
-    const Nearest found = nearest(a, placement_of(pa), b, placement_of(pb));
-    std::vector<double> out{found.gap};
-    put(out, found.normal);
-    put(out, found.on_first);
-    put(out, found.on_other);
-    return array_of(out);
+Nearest nearest_of(const Shape& first, const Array& pa, const Shape& other, const Array& pb) {
+    return nearest(first, placement_of(pa), other, placement_of(pb));
 }
 
 using Bodies = std::vector<Shape>;
@@ -75,18 +65,6 @@ std::pair<ContactPoint, double> follow_of(const Feature& feature, const Bodies& 
 }
 
 Numbers numbers(const Vec3<double>& a) { return array_of(std::vector<double>{a.x, a.y, a.z}); }
-
-// Of kind, pieces and index, and the fixed point.
-Feature feature_of(const std::vector<int>& whole, const std::vector<double>& fixed) {
-    if (whole.size() != 7 || fixed.size() != 3 || whole[0] < 0 || whole[0] > Feature::nearest_part)
-        throw nb::value_error("feature: expected seven whole numbers and three others");
-    Feature f;
-    f.kind = static_cast<Feature::Kind>(whole[0]);
-    std::copy_n(whole.begin() + 1, 2, f.piece);
-    std::copy_n(whole.begin() + 3, 4, f.index);
-    std::copy_n(fixed.begin(), 3, f.fixed);
-    return f;
-}
 
 void bind_shapes(nb::module_& module) {
     nb::class_<Shape>(module, "Shape", "A convex piece of a body, in the axes of its joint.")
@@ -143,37 +121,38 @@ void bind_shapes(nb::module_& module) {
 void bind_geometry(nanobind::module_& module) {
     using namespace impulsekit;
     bind_shapes(module);
-    module.def("nearest_points", &nearest_of);
-    nb::class_<Feature>(module, "Feature", "The name of a point at which two bodies touch.")
-        .def_prop_ro("kind", [](const Feature& f) { return static_cast<int>(f.kind); })
-        .def_prop_ro("pieces", [](const Feature& f) { return std::pair(f.piece[0], f.piece[1]); })
-        .def_prop_ro("index",
-                     [](const Feature& f) {
-                         return std::tuple(f.index[0], f.index[1], f.index[2], f.index[3]);
-                     })
-        .def(
-            "__init__",
-            [](Feature* f, const std::vector<int>& whole, const std::vector<double>& fixed) {
-                new (f) Feature(feature_of(whole, fixed));
-            },
-            nb::arg("whole"), nb::arg("fixed"))
-        .def_prop_ro("whole",
-                     [](const Feature& f) {
-                         return std::vector<int>{f.kind,     f.piece[0], f.piece[1], f.index[0],
-                                                 f.index[1], f.index[2], f.index[3]};
-                     })
-        .def_prop_ro("fixed",
-                     [](const Feature& f) { return std::vector<double>(f.fixed, f.fixed + 3); })
+    const auto vector = [](auto member) {
+        return [member](const auto& own) {
+            const Vec3<double>& a = own.*member;
+            return std::vector<double>{a.x, a.y, a.z};
+        };
+    };
+    Result<Nearest>(module, "Nearest", "The nearest points of two bodies.")
+        .part("gap", &Nearest::gap)
+        .part("normal", vector(&Nearest::normal))
+        .part("on_first", vector(&Nearest::on_first))
+        .part("on_other", vector(&Nearest::on_other));
+    module.def("nearest_points", &nearest_of, nb::arg("first"), nb::arg("first_place"),
+               nb::arg("other"), nb::arg("other_place"));
+    bind_enum<Feature::Kind>(module, "FeatureKind", "corner_on_face", Feature::corner_on_face,
+                             "edges_cross", Feature::edges_cross, "tip_on_face",
+                             Feature::tip_on_face, "spot_on_face", Feature::spot_on_face,
+                             "nearest_points", Feature::nearest_points, "nearest_part",
+                             Feature::nearest_part);
+    Record<Feature>(module, "Feature", "The name of a point at which two bodies touch.")
+        .fields("kind", &Feature::kind, "piece", &Feature::piece, "index", &Feature::index, "fixed",
+                &Feature::fixed)
         .def("__reduce__", [](const nb::object& f) {
-            return nb::make_tuple(f.type(), nb::make_tuple(f.attr("whole"), f.attr("fixed")));
+            nb::dict fields;
+            for (const char* name : {"kind", "piece", "index", "fixed"})
+                fields[name] = f.attr(name);
+            return nb::make_tuple(
+                nb::module_::import_("functools").attr("partial")(f.type(), **fields), nb::tuple());
         });
-    nb::class_<ContactPoint>(module, "ContactPoint", "A point at which two bodies touch.")
-        .def_ro("feature", &ContactPoint::feature)
-        .def_ro("gap", &ContactPoint::gap)
-        .def_prop_ro(
-            "point", [](const ContactPoint& p) { return numbers(p.point); }, nb::rv_policy::move)
-        .def_prop_ro(
-            "normal", [](const ContactPoint& p) { return numbers(p.normal); }, nb::rv_policy::move);
+    Result<ContactPoint>(module, "ContactPoint", "A point at which two bodies touch.")
+        .parts("feature", &ContactPoint::feature, "gap", &ContactPoint::gap)
+        .part("point", vector(&ContactPoint::point))
+        .part("normal", vector(&ContactPoint::normal));
     // (9) columns t₁, t₂, n, row by row.
     module.def("contact_axes", [](const Array& normal) {
         const Mat3<double> a = contact_axes(three(normal, "normal"));

@@ -4,7 +4,6 @@
 #include <nanobind/stl/pair.h>
 
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "bind/arrays.hpp"
@@ -13,9 +12,6 @@
 #include "scene/scene.hpp"
 
 namespace impulsekit {
-
-// A body of the model, and rotation and point of a frame in the axes of its joint.
-using GivenSite = std::pair<int, Array>;
 
 struct GivenScene {
     Model model;
@@ -32,26 +28,24 @@ struct GivenScene {
     GivenScene& operator=(const GivenScene&) = delete;
 };
 
-// Values of functions and geometry for a state, beside q and v.
-struct GivenArrays {
+// Inputs of a state beside q and v, see GivenState; those of a scene that needs none stay empty.
+struct GivenInputs {
     std::vector<double> function_rows, function_contacts;
     std::vector<char> only;
     std::optional<std::vector<std::pair<int, Feature>>> features;
 
     GivenState state() const;
+    // Refuse what is not of the scene's size.
+    void check(const GivenScene& self) const;
 };
 
-GivenArrays given_of(const std::optional<Array>& function_rows,
-                     const std::optional<Array>& function_contacts,
-                     const std::optional<std::vector<bool>>& only);
-// Refuse arrays that are not of the scene's size.
-void check_given(const GivenScene& self, const GivenArrays& given);
 // Refuse a law or an impact of another scene.
 void check_impact(const GivenScene& self, const ContactLaw& law, const SceneImpact& impact);
 
 void check_body(const Model& model, int body);
 // A direction in the axes of a joint, in those of its body.
 void to_body(const Model& model, int body, const double* in, double* out);
-Site site_of(const Model& model, const GivenSite& given);
+// A site in the axes of a joint, in those of its body.
+Site site_of(const Model& model, const Site& given);
 
 }  // namespace impulsekit

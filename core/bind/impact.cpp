@@ -14,12 +14,13 @@ namespace {
 
 // The impact of a scene at one state, whose rows say what has no direction there.
 SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array& q, const Array& v,
-                      const Array& impulses, const GivenArrays& given) {
+                      const Array& impulses, const std::optional<GivenInputs>& inputs) {
     SceneImpact impact;
     impact.q.assign(q.data(), q.data() + q.size());
     impact.v.assign(v.data(), v.data() + v.size());
     impact.numbers.assign(impulses.data(), impulses.data() + impulses.size());
-    check_given(self, given);
+    const GivenInputs given = inputs.value_or(GivenInputs());
+    given.check(self);
     check_impact(self, law, impact);
     const nb::gil_scoped_release release;
     solve_scene(self.scene, law, given.state(), impact);
@@ -51,27 +52,17 @@ namespace {
 void bind_solutions(nb::module_& module) {
     using namespace impulsekit;
     using S = ImpactSolution;
-    nb::enum_<S::Failure>(module, "Failure")
-        .value("none", S::Failure::none)
-        .value("singular_mass", S::Failure::singular_mass)
-        .value("contradiction", S::Failure::contradiction)
-        .value("refused", S::Failure::refused);
+    bind_enum<S::Failure>(module, "Failure", "none", S::Failure::none, "singular_mass",
+                          S::Failure::singular_mass, "contradiction", S::Failure::contradiction,
+                          "refused", S::Failure::refused);
     Result<S>(module, "ImpactSolution", "The result of an impact, in generalized coordinates.")
-        .part("dv", &S::dv)
-        .part("multipliers", &S::multipliers)
-        .part("unique", &S::unique)
-        .part("nearly_dependent", &S::nearly_dependent)
-        .part("contact", &S::contact)
-        .part("failure", &S::failure)
-        .part("failed", &S::failed)
-        .part("apart", &S::apart)
-        .part("momentum_residual", &S::momentum_residual)
-        .part("constraint_residual", &S::constraint_residual)
-        .part("contact_residual", &S::contact_residual)
-        .part("status", &status_of);
+        .parts("dv", &S::dv, "multipliers", &S::multipliers, "unique", &S::unique,
+               "nearly_dependent", &S::nearly_dependent, "contact", &S::contact, "failure",
+               &S::failure, "failed", &S::failed, "apart", &S::apart, "momentum_residual",
+               &S::momentum_residual, "constraint_residual", &S::constraint_residual,
+               "contact_residual", &S::contact_residual, "status", &status_of);
     Result<SceneImpact>(module, "SceneImpact", "An impact, with all that it was solved from.")
-        .part("rows", &SceneImpact::rows)
-        .part("solution", &SceneImpact::solution)
+        .parts("rows", &SceneImpact::rows, "solution", &SceneImpact::solution)
         .part("is_solved",
               [](const SceneImpact& s) {
                   return s.has_directions() && s.solution.failure == S::Failure::none;
@@ -90,19 +81,7 @@ void bind_impact(nb::module_& module) {
     using namespace impulsekit;
     bind_solutions(module);
     bind_constrained_mass(module);
-    module.def(
-        "solve_scene",
-        [](const GivenScene& scene, const ContactLaw& law, const Array& q, const Array& v,
-           const Array& impulses, const std::optional<Array>& function_rows,
-           const std::optional<Array>& function_contacts,
-           const std::optional<std::vector<bool>>& only,
-           std::optional<std::vector<std::pair<int, Feature>>> features) {
-            GivenArrays given = given_of(function_rows, function_contacts, only);
-            given.features = std::move(features);
-            return impact_of(scene, law, q, v, impulses, given);
-        },
-        nb::arg("scene"), nb::arg("law"), nb::arg("q"), nb::arg("v"), nb::arg("impulses"),
-        nb::arg("function_rows") = nb::none(), nb::arg("function_contacts") = nb::none(),
-        nb::arg("only") = nb::none(), nb::arg("features") = nb::none(),
-        "Return the impact of a scene at a state.");
+    module.def("solve_scene", &impact_of, nb::arg("scene"), nb::arg("law"), nb::arg("q"),
+               nb::arg("v"), nb::arg("impulses"), nb::arg("inputs") = nb::none(),
+               "Return the impact of a scene at a state.");
 }

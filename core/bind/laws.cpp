@@ -46,47 +46,31 @@ void function_field(nb::class_<T>& record, const char* name,
 }
 
 void bind_enums(nb::module_& module) {
-    nb::enum_<Restitution>(module, "Restitution")
-        .value("newton", Restitution::newton)
-        .value("poisson", Restitution::poisson)
-        .value("stronge", Restitution::stronge)
-        .value("lzb", Restitution::lzb);
-    nb::enum_<Slip>(module, "Slip").value("end", Slip::end).value("path", Slip::path);
-    nb::enum_<Order>(module, "Order")
-        .value("simultaneous", Order::simultaneous)
-        .value("sequential", Order::sequential);
-    nb::enum_<Status>(module, "Status", nb::is_arithmetic())
-        .value("solved", Status::solved)
-        .value("inaccurate", Status::inaccurate)
-        .value("energy_gain", Status::energy_gain)
-        .value("no_solution", Status::no_solution)
-        .value("not_converged", Status::not_converged)
-        .value("not_finite", Status::not_finite)
-        .value("off_manifold", Status::off_manifold)
-        .value("out_of_range", Status::out_of_range)
-        .value("singular_mass", Status::singular_mass)
-        .value("contradiction", Status::contradiction)
-        .value("refused", Status::refused)
-        .value("nearly_dependent", Status::nearly_dependent);
-    nb::enum_<Friction::Kind>(module, "FrictionKind")
-        .value("number", Friction::Kind::number)
-        .value("static_kinetic", Friction::Kind::static_kinetic)
-        .value("by_speed", Friction::Kind::by_speed)
-        .value("elliptic", Friction::Kind::elliptic);
-    nb::enum_<Verdict>(module, "Verdict")
-        .value("smooth", Verdict::smooth)
-        .value("weak", Verdict::weak)
-        .value("all_tried", Verdict::all_tried)
-        .value("searched", Verdict::searched)
-        .value("not_searched", Verdict::not_searched);
+    bind_enum<Restitution>(module, "Restitution", "newton", Restitution::newton, "poisson",
+                           Restitution::poisson, "stronge", Restitution::stronge, "lzb",
+                           Restitution::lzb);
+    bind_enum<Slip>(module, "Slip", "end", Slip::end, "path", Slip::path);
+    bind_enum<Order>(module, "Order", "simultaneous", Order::simultaneous, "sequential",
+                     Order::sequential);
+    bind_enum<Status>(module, "Status", "solved", Status::solved, "inaccurate", Status::inaccurate,
+                      "energy_gain", Status::energy_gain, "no_solution", Status::no_solution,
+                      "not_converged", Status::not_converged, "not_finite", Status::not_finite,
+                      "off_manifold", Status::off_manifold, "out_of_range", Status::out_of_range,
+                      "singular_mass", Status::singular_mass, "contradiction",
+                      Status::contradiction, "refused", Status::refused, "nearly_dependent",
+                      Status::nearly_dependent);
+    bind_enum<Friction::Kind>(module, "FrictionKind", "number", Friction::Kind::number,
+                              "static_kinetic", Friction::Kind::static_kinetic, "by_speed",
+                              Friction::Kind::by_speed, "elliptic", Friction::Kind::elliptic);
+    bind_enum<Verdict>(module, "Verdict", "smooth", Verdict::smooth, "weak", Verdict::weak,
+                       "all_tried", Verdict::all_tried, "searched", Verdict::searched,
+                       "not_searched", Verdict::not_searched);
 }
 
 void bind_coefficients(nb::module_& module) {
     Record<Law>(module, "Law", "The meaning of restitution, slip and order.")
-        .field("restitution", &Law::restitution)
-        .field("slip", &Law::slip)
-        .field("order", &Law::order)
-        .field("exponent", &Law::exponent);
+        .fields("restitution", &Law::restitution, "slip", &Law::slip, "order", &Law::order,
+                "exponent", &Law::exponent);
     nb::class_<Table>(module, "Table", "Values by a number, linear between rising points.")
         .def(
             "__init__",
@@ -97,41 +81,27 @@ void bind_coefficients(nb::module_& module) {
             },
             nb::arg("points"), nb::arg("values"));
     Record<Friction> friction(module, "Friction", "Friction of a contact.");
-    friction.field("kind", &Friction::kind)
-        .field("first", &Friction::first)
-        .field("second", &Friction::second)
-        .field("axis", &Friction::axis)
-        .field("table", &Friction::table);
+    friction.fields("kind", &Friction::kind, "first", &Friction::first, "second", &Friction::second,
+                    "axis", &Friction::axis, "table", &Friction::table);
     function_field(friction, "function", &Friction::function);
     Record<BySpeed> by_speed(module, "BySpeed", "A coefficient that may change with the speed.");
-    by_speed.field("value", &BySpeed::value)
-        .field("capture", &BySpeed::capture)
-        .field("table", &BySpeed::table);
+    by_speed.fields("value", &BySpeed::value, "capture", &BySpeed::capture, "table",
+                    &BySpeed::table);
     function_field(by_speed, "function", &BySpeed::function);
     function_field(by_speed, "slope", &BySpeed::slope);
     using C = ContactCoefficients;
     Record<C>(module, "ContactCoefficients", "The coefficients of a contact of a scene.")
-        .field("restitution", &C::restitution)
-        .field("friction", &C::friction)
-        .field("tangential", &C::tangential)
-        .field("stiffness", &C::stiffness)
-        .field("adhesion", &C::adhesion)
-        .field("rolling", &C::rolling)
-        .field("torsion", &C::torsion)
-        .field("model", &C::model);
+        .fields("restitution", &C::restitution, "friction", &C::friction, "tangential",
+                &C::tangential, "stiffness", &C::stiffness, "adhesion", &C::adhesion, "rolling",
+                &C::rolling, "torsion", &C::torsion, "model", &C::model);
     nb::class_<ContactLaw>(module, "ContactLaw", "A law, and the coefficients of each contact.")
         .def(nb::init<const Law&, std::vector<C>>(), nb::arg("law"), nb::arg("contacts"));
     using G = GivenContacts;
     Record<G>(module, "Contacts", "Coefficients of contacts at one instant, (contacts) each.")
-        .field("restitution", &G::restitution)
-        .field("friction", &G::friction)
-        .field("tangential", &G::tangential)
-        .field("stiffness", &G::stiffness)
-        .field("adhesion", &G::adhesion)
-        .field("turning_of", &G::turning_of)
-        .field("rolling", &G::rolling)
-        .field("torsion", &G::torsion)
-        .field("models", &G::models);
+        .fields("restitution", &G::restitution, "friction", &G::friction, "tangential",
+                &G::tangential, "stiffness", &G::stiffness, "adhesion", &G::adhesion, "turning_of",
+                &G::turning_of, "rolling", &G::rolling, "torsion", &G::torsion, "models",
+                &G::models);
 }
 
 }  // namespace
@@ -171,18 +141,10 @@ void bind_laws(nb::module_& module) {
     bind_coefficients(module);
     using S = ContactSolution;
     Result<S>(module, "ContactSolution", "The impulses of contacts.")
-        .part("impulse", &S::impulse)
-        .part("after", &S::after)
-        .part("start", &S::start)
-        .part("normal_work", &S::normal_work)
-        .part("friction_work", &S::friction_work)
-        .part("friction", &S::friction)
-        .part("unique", &S::unique)
-        .part("status", &S::status)
-        .part("residual", &S::residual)
-        .part("iterations", &S::iterations)
-        .part("tied", &S::tied)
-        .part("refused", &S::refused);
+        .parts("impulse", &S::impulse, "after", &S::after, "start", &S::start, "normal_work",
+               &S::normal_work, "friction_work", &S::friction_work, "friction", &S::friction,
+               "unique", &S::unique, "status", &S::status, "residual", &S::residual, "iterations",
+               &S::iterations, "tied", &S::tied, "refused", &S::refused);
     module.def(
         "solve_contacts",
         [](const Array& W, const Array& before, const Array& free, const GivenContacts& contacts,

@@ -77,10 +77,8 @@ void bind_matrices(nb::module_& module) {
                "Return the impact of a system given by its matrices.");
     using S = ContactProblemSolutions;
     Result<S>(module, "ContactProblemSolutions", "Solutions of many contact problems.")
-        .part("impulse", &S::impulse)
-        .part("after", &S::after)
-        .part("residual", &S::residual)
-        .part("status", &S::status);
+        .parts("impulse", &S::impulse, "after", &S::after, "residual", &S::residual, "status",
+               &S::status);
     module.def("solve_problems", &solve, nb::arg("W"), nb::arg("before"), nb::arg("free"),
                nb::arg("restitution"), nb::arg("friction"), nb::arg("tangential"), nb::arg("law"),
                nb::arg("threads"), "Solve many contact problems of one size.");

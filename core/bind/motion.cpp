@@ -112,7 +112,7 @@ struct GivenMotionScene {
         scene->forces.joints.push_back(
             {v, q, is_circle, x[0], x[1], x[2], x[3], x[4], x[5], stores});
     }
-    void add_spring(const GivenSite& first, const GivenSite& other, const Array& numbers) {
+    void add_spring(const Site& first, const Site& other, const Array& numbers) {
         const double* x = data_of(numbers, 4, "numbers");
         const Site one = site_of(given->model, first), two = site_of(given->model, other);
         PointSpring spring;
@@ -127,7 +127,7 @@ struct GivenMotionScene {
         add(ForceEntry::spring, scene->forces.springs.size());
         scene->forces.springs.push_back(spring);
     }
-    void add_applied(const GivenSite& site, bool is_local) {
+    void add_applied(const Site& site, bool is_local) {
         add(ForceEntry::applied, scene->forces.applied.size());
         scene->forces.applied.push_back({site_of(given->model, site), is_local});
     }

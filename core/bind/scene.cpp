@@ -1,10 +1,10 @@
 // Scenes and their rows, as Python calls them.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/tuple.h>
 
 #include <optional>
 
+#include "bind/fields.hpp"
 #include "bind/given_scene.hpp"
 #include "scene/rows.hpp"
 
@@ -12,22 +12,30 @@ namespace nb = nanobind;
 
 namespace impulsekit {
 
-namespace {
-
-void copy_numbers(const Array& from, std::size_t size, const char* name, double* to) {
-    const double* data = data_of(from, size, name);
-    std::copy(data, data + size, to);
-}
-
-}  // namespace
-
-GivenState GivenArrays::state() const {
+GivenState GivenInputs::state() const {
     GivenState given;
     given.function_rows = function_rows.data();
     given.function_contacts = function_contacts.data();
     given.only = only.empty() ? nullptr : only.data();
     given.features = features ? &*features : nullptr;
     return given;
+}
+
+void GivenInputs::check(const GivenScene& self) const {
+    const Scene& scene = self.scene;
+    const std::size_t nv = self.model.nv, contacts = scene.contacts.size();
+    if (function_rows.size() != scene.function_rows * nv ||
+        function_contacts.size() != scene.function_contacts * (1 + 3 * nv) ||
+        (!only.empty() && only.size() != contacts))
+        throw nb::value_error("given: must have the scene's rows and contacts by functions");
+    if (!features) return;
+    for (const auto& [entry, feature] : *features) {
+        if (entry < 0 || entry >= static_cast<int>(contacts))
+            throw nb::value_error("features: expected numbers of the scene's contacts");
+        const Contact& contact = scene.contacts[entry];
+        if (contact.kind == Contact::shapes && !is_named(feature, contact.first, contact.other))
+            throw nb::value_error("features: unknown feature of bodies");
+    }
 }
 
 void to_body(const Model& model, int body, const double* in, double* out) {
@@ -42,98 +50,45 @@ void check_body(const Model& model, int body) {
         throw nb::value_error("body: expected the number of a body");
 }
 
-Site site_of(const Model& model, const GivenSite& given) {
+Site site_of(const Model& model, const Site& given) {
+    check_body(model, given.body);
     Site site;
-    site.body = given.first;
-    check_body(model, site.body);
-    const double* numbers = data_of(given.second, 12, "site");
+    site.body = given.body;
     const Mat3<double> turn = mat3<double>(model.bodies[site.body].turn);
-    const Mat3<double> axes = mat3<double>(numbers);
+    const Mat3<double> axes = mat3<double>(given.axes);
     const Vec3<double> x = back(turn, axes.x), y = back(turn, axes.y), z = back(turn, axes.z);
     const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
     std::copy(rows, rows + 9, site.axes);
-    to_body(model, site.body, numbers + 9, site.point);
+    to_body(model, site.body, given.point, site.point);
     return site;
-}
-
-GivenArrays given_of(const std::optional<Array>& function_rows,
-                     const std::optional<Array>& function_contacts,
-                     const std::optional<std::vector<bool>>& only) {
-    GivenArrays given;
-    if (function_rows)
-        given.function_rows.assign(function_rows->data(),
-                                   function_rows->data() + function_rows->size());
-    if (function_contacts)
-        given.function_contacts.assign(function_contacts->data(),
-                                       function_contacts->data() + function_contacts->size());
-    if (only) given.only.assign(only->begin(), only->end());
-    return given;
-}
-
-void check_given(const GivenScene& self, const GivenArrays& given) {
-    if (given.function_rows.size() !=
-            static_cast<std::size_t>(self.scene.function_rows) * self.model.nv ||
-        given.function_contacts.size() !=
-            static_cast<std::size_t>(self.scene.function_contacts) * (1 + 3 * self.model.nv) ||
-        (!given.only.empty() && given.only.size() != self.scene.contacts.size()))
-        throw nb::value_error("given: must have the scene's rows and contacts by functions");
-    if (!given.features) return;
-    for (const auto& [entry, feature] : *given.features) {
-        if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
-            throw nb::value_error("features: expected numbers of the scene's contacts");
-        const Contact& contact = self.scene.contacts[entry];
-        if (contact.kind == Contact::shapes)
-            if (!is_named(feature, contact.first, contact.other))
-                throw nb::value_error("features: unknown feature of bodies");
-    }
 }
 
 namespace {
 
-using Terms = std::vector<std::tuple<int, int, double>>;
-
-Pair pair_of(const Model& model, const GivenSite& first, const GivenSite& other, bool coincides,
-             int carrier, const Array& axes) {
-    if (carrier < 0 || carrier > 3) throw nb::value_error("carrier: must be 0 to 3");
-    Pair pair;
-    pair.first = site_of(model, first);
-    pair.other = site_of(model, other);
-    pair.coincides = coincides;
-    pair.carrier = static_cast<Carrier>(carrier);
-    copy_numbers(axes, 9, "axes", pair.axes);
+Pair pair_of(const Model& model, const Pair& given) {
+    Pair pair = given;
+    pair.first = site_of(model, given.first);
+    pair.other = site_of(model, given.other);
     return pair;
 }
 
-Held& new_held(GivenScene& self, Held::Kind kind, int count) {
+void add_held(GivenScene& self, Held held, const std::vector<int>& select) {
     self.check_unused();
-    Held held;
-    held.kind = kind;
-    held.count = count;
-    for (const Held& other : self.scene.held) held.row = other.row + other.count;
-    self.scene.held.push_back(held);
-    if (kind == Held::functions) self.scene.function_rows += count;
-    return self.scene.held.back();
-}
-
-void add_pair(GivenScene& self, const GivenSite& first, const GivenSite& other, bool coincides,
-              int carrier, const Array& axes, const std::vector<int>& select) {
-    if (select.size() > 6) throw nb::value_error("select: six rows at most");
     for (int row : select)
         if (row < 0 || row > 5) throw nb::value_error("select: must be 0 to 5");
-    const Pair pair = pair_of(self.model, first, other, coincides, carrier, axes);
-    Held& held = new_held(self, Held::pair, static_cast<int>(select.size()));
-    held.frames = pair;
+    if (select.size() > 6) throw nb::value_error("select: six rows at most");
     std::copy(select.begin(), select.end(), held.select);
-}
-
-void add_speed_rows(GivenScene& self, int count, const Terms& terms, int stop) {
-    Held& held = new_held(self, Held::speeds, count);
-    held.stop = stop;
-    for (const auto& [row, v, factor] : terms) {
-        if (row < 0 || row >= count || v < 0 || v >= self.model.nv)
-            throw nb::value_error("terms: expected numbers of rows and degrees of freedom");
-        held.terms.push_back({row, v, factor});
+    if (held.kind == Held::pair) {
+        held.count = static_cast<int>(select.size());
+        held.frames = pair_of(self.model, held.frames);
     }
+    for (const Held::Term& term : held.terms)
+        if (term.row < 0 || term.row >= held.count || term.v < 0 || term.v >= self.model.nv)
+            throw nb::value_error("terms: expected numbers of rows and degrees of freedom");
+    if (held.kind == Held::functions) self.scene.function_rows += held.count;
+    held.row = 0;
+    for (const Held& other : self.scene.held) held.row = other.row + other.count;
+    self.scene.held.push_back(std::move(held));
 }
 
 // Targets of the rows: velocities after, or that these stay; see ImpactProblem for the rest.
@@ -155,74 +110,64 @@ void set_rows(GivenScene& self, std::vector<double> velocity, const std::vector<
     self.scene.locks = std::move(locks);
 }
 
-Contact& new_contact(GivenScene& self, Contact::Kind kind) {
+void add_contact(GivenScene& self, Contact contact) {
     self.check_unused();
-    self.scene.contacts.emplace_back();
-    self.scene.contacts.back().kind = kind;
-    return self.scene.contacts.back();
-}
-
-void add_point_contact(GivenScene& self, const GivenSite& first, const GivenSite& plane,
-                       int carrier, const Array& axes, bool turns) {
-    const Pair pair = pair_of(self.model, first, plane, true, carrier, axes);
-    Contact& contact = new_contact(self, Contact::point);
-    contact.frames = pair;
-    contact.turns = turns;
-}
-
-void add_rope(GivenScene& self, const GivenSite& first, const GivenSite& other, const Array& axes,
-              double length) {
-    const Pair pair =
-        pair_of(self.model, first, other, false, static_cast<int>(Carrier::line), axes);
-    Contact& contact = new_contact(self, Contact::rope);
-    contact.frames = pair;
-    contact.limit = length;
-}
-
-void add_stop(GivenScene& self, int q, int v, double lower, double upper) {
-    if (q < 0 || q >= self.model.nq || v < 0 || v >= self.model.nv)
+    contact.frames = pair_of(self.model, contact.frames);
+    if (contact.q < 0 || contact.v < 0 ||
+        (contact.kind == Contact::stop &&
+         (contact.q >= self.model.nq || contact.v >= self.model.nv)))
         throw nb::value_error("stop: expected numbers of a coordinate and its degree of freedom");
-    Contact& contact = new_contact(self, Contact::stop);
-    contact.q = q;
-    contact.v = v;
-    contact.lower = lower;
-    contact.upper = upper;
+    if (contact.ellipse_body >= 0) {
+        check_body(self.model, contact.ellipse_body);
+        const Vec3<double> along = vec3<double>(contact.along);
+        const double given[3] = {along.x, along.y, along.z};
+        to_body(self.model, contact.ellipse_body, given, contact.along);
+    }
+    if (contact.kind == Contact::functions) ++self.scene.function_contacts;
+    self.scene.contacts.push_back(std::move(contact));
 }
 
-void add_body_contact(GivenScene& self, const GivenSite& first, const GivenSite& other,
-                      double margin, bool turns,
-                      const std::optional<std::tuple<int, double, Array, double>>& ball,
-                      std::vector<Shape> one, std::vector<Shape> two) {
-    Pair pair;
-    pair.first = site_of(self.model, first);
-    pair.other = site_of(self.model, other);
-    Contact& contact = new_contact(self, ball ? Contact::ball : Contact::shapes);
-    contact.frames = pair;
-    contact.limit = margin;
-    contact.turns = turns;
-    contact.first = std::move(one);
-    contact.other = std::move(two);
-    if (!ball) return;
-    const auto& [kind, radius, size, sign] = *ball;
-    if (kind < 0 || kind > 4) throw nb::value_error("ball: unknown kind of shape");
-    contact.shape.kind = static_cast<Ball::Kind>(kind);
-    contact.shape.radius = radius;
-    copy_numbers(size, 3, "size", contact.shape.size);
-    contact.shape.sign = sign;
-}
-
-void set_ellipse(GivenScene& self, int body, const Array& along) {
+void add_blow(GivenScene& self, Blow blow) {
     self.check_unused();
-    check_body(self.model, body);
-    if (self.scene.contacts.empty()) throw nb::value_error("ellipse: there is no contact");
-    Contact& contact = self.scene.contacts.back();
-    contact.ellipse_body = body;
-    to_body(self.model, body, data_of(along, 3, "along"), contact.along);
+    blow.site = site_of(self.model, blow.site);
+    self.scene.blows.push_back(blow);
+}
+
+void add_kick(GivenScene& self, int v) {
+    self.check_unused();
+    if (v < 0 || v >= self.model.nv)
+        throw nb::value_error("v: expected the number of a degree of freedom, got another");
+    self.scene.kicks.push_back(v);
+}
+
+void add_load(GivenScene& self, const Load& given) {
+    self.check_unused();
+    check_body(self.model, given.body);
+    const Mat3<double> turn = mat3<double>(self.model.bodies[given.body].turn);
+    Load load = given;
+    to_body(self.model, load.body, given.moment, load.moment);
+    const Mat3<double> to_own{{turn.x.x, turn.y.x, turn.z.x},
+                              {turn.x.y, turn.y.y, turn.z.y},
+                              {turn.x.z, turn.y.z, turn.z.z}};
+    const double* from = given.inertia;
+    const Sym3<double> i =
+        turned(to_own, Sym3<double>{from[0], from[1], from[2], from[3], from[4], from[5]});
+    const double entries[6] = {i.xx, i.xy, i.xz, i.yy, i.yz, i.zz};
+    std::copy(entries, entries + 6, load.inertia);
+    self.scene.loads.push_back(load);
+}
+
+void vary_points(GivenScene& self, const std::vector<int>& contacts) {
+    self.check_unused();
+    for (int entry : contacts)
+        if (entry < 0 || entry >= static_cast<int>(self.scene.contacts.size()))
+            throw nb::value_error("points: expected numbers of the scene's contacts");
+    self.scene.points = contacts;
 }
 
 StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
                   const std::optional<nb::ndarray<const double, nb::f_contig>>& jacobian,
-                  const GivenArrays& given) {
+                  const std::optional<GivenInputs>& inputs) {
     Tree<double> tree(self.model);
     const double *at = data_of(q, self.model.nq, "q"), *speeds = data_of(v, self.model.nv, "v");
     tree.place(at);
@@ -236,7 +181,8 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
         }
     }
     Rows<double> rows(self.scene);
-    check_given(self, given);
+    const GivenInputs given = inputs.value_or(GivenInputs());
+    given.check(self);
     const GivenState state = given.state();
     rows.fill(tree, at, speeds, &state);
     StateRows found;
@@ -244,73 +190,83 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
     return found;
 }
 
-std::vector<double> of_points(const StateRows& rows, const double* (*part)(const StateRows::Point&),
-                              int size) {
+// A part of all points.
+template <typename T>
+std::vector<T> of_each(const StateRows& rows, T StateRows::Point::* part) {
+    std::vector<T> found;
+    for (const StateRows::Point& p : rows.points) found.push_back(p.*part);
+    return found;
+}
+
+template <std::size_t count>
+std::vector<double> numbers_of(const StateRows& rows, double (StateRows::Point::*part)[count]) {
     std::vector<double> found;
     for (const StateRows::Point& p : rows.points)
-        found.insert(found.end(), part(p), part(p) + size);
+        found.insert(found.end(), p.*part, p.*part + count);
     return found;
 }
 
 void bind_state_rows(nb::module_& module) {
     using Point = StateRows::Point;
-    nb::class_<StateRows>(module, "StateRows", "The rows of a scene at a state.")
-        .def_prop_ro(
-            "A", [](const StateRows& r) { return array_of(r.A); }, nb::rv_policy::move)
-        .def_prop_ro(
-            "target", [](const StateRows& r) { return array_of(r.target); }, nb::rv_policy::move)
-        .def_prop_ro(
-            "J", [](const StateRows& r) { return array_of(r.J); }, nb::rv_policy::move)
-        .def_prop_ro(
-            "wider", [](const StateRows& r) { return array_of(r.wider); }, nb::rv_policy::move)
-        .def_ro("yielded", &StateRows::yielded)
-        .def_prop_ro("turning_of", [](const StateRows& r) { return r.turning_of; })
-        .def_prop_ro("entries",
-                     [](const StateRows& r) {
-                         std::vector<int> found;
-                         for (const Point& p : r.points) found.push_back(p.entry);
-                         return found;
-                     })
-        .def_prop_ro("of_bodies",
-                     [](const StateRows& r) {
-                         std::vector<bool> found;
-                         for (const Point& p : r.points) found.push_back(p.of_bodies);
-                         return found;
-                     })
-        .def_prop_ro(
-            "axes",
-            [](const StateRows& r) {
-                return array_of(of_points(r, [](const Point& p) { return p.axes; }, 9));
+    Result<StateRows>(module, "StateRows", "The rows of a scene at a state.")
+        .parts("A", &StateRows::A, "target", &StateRows::target, "J", &StateRows::J, "wider",
+               &StateRows::wider, "yielded", &StateRows::yielded, "turning_of",
+               &StateRows::turning_of)
+        .part("entries", [](const StateRows& r) { return of_each(r, &Point::entry); })
+        .part("of_bodies", [](const StateRows& r) { return of_each(r, &Point::of_bodies); })
+        .part("features", [](const StateRows& r) { return of_each(r, &Point::feature); })
+        .part("axes", [](const StateRows& r) { return numbers_of(r, &Point::axes); })
+        .part("places", [](const StateRows& r) { return numbers_of(r, &Point::place); })
+        .part("gaps", [](const StateRows& r) { return of_each(r, &Point::gap); })
+        .part("ellipses", [](const StateRows& r) { return numbers_of(r, &Point::ellipse); })
+        .parts("without_line", &StateRows::without_line, "without_ellipse",
+               &StateRows::without_ellipse);
+}
+
+void bind_parts(nb::module_& module) {
+    bind_enum<Carrier>(module, "Carrier", "world", Carrier::world, "first", Carrier::first, "other",
+                       Carrier::other, "line", Carrier::line);
+    bind_enum<Held::Kind>(module, "HeldKind", "pair", Held::pair, "speeds", Held::speeds,
+                          "functions", Held::functions);
+    bind_enum<Ball::Kind>(module, "BallAgainst", "ball", Ball::ball, "box", Ball::box, "cylinder",
+                          Ball::cylinder, "capsule", Ball::capsule, "plane", Ball::plane);
+    bind_enum<Contact::Kind>(module, "ContactKind", "point", Contact::point, "rope", Contact::rope,
+                             "stop", Contact::stop, "functions", Contact::functions, "ball",
+                             Contact::ball, "shapes", Contact::shapes);
+    Record<Site>(module, "Site", "A point of a frame and the frame's axes, in those of a joint.")
+        .fields("body", &Site::body, "point", &Site::point, "axes", &Site::axes);
+    Record<Pair>(module, "Pair", "Two frames, and the axes of rows between them.")
+        .fields("first", &Pair::first, "other", &Pair::other, "coincides", &Pair::coincides,
+                "carrier", &Pair::carrier, "axes", &Pair::axes);
+    Record<Held::Term>(module, "Term", "A degree of freedom in a row of speeds.")
+        .fields("row", &Held::Term::row, "v", &Held::Term::v, "factor", &Held::Term::factor);
+    Record<Held>(module, "Held", "Bilateral rows.")
+        .fields("kind", &Held::kind, "count", &Held::count, "frames", &Held::frames, "terms",
+                &Held::terms, "stop", &Held::stop);
+    Record<Ball>(module, "Ball", "A ball, and what may touch it.")
+        .fields("kind", &Ball::kind, "radius", &Ball::radius, "size", &Ball::size, "sign",
+                &Ball::sign);
+    Record<Contact>(module, "Contact", "A contact of a scene.")
+        .fields("kind", &Contact::kind, "frames", &Contact::frames, "shape", &Contact::shape,
+                "first", &Contact::first, "other", &Contact::other, "limit", &Contact::limit, "q",
+                &Contact::q, "v", &Contact::v, "lower", &Contact::lower, "upper", &Contact::upper,
+                "turns", &Contact::turns, "ellipse_body", &Contact::ellipse_body, "along",
+                &Contact::along);
+    Record<Blow>(module, "Blow", "A known impulse on a body.")
+        .fields("site", &Blow::site, "is_local", &Blow::is_local);
+    Record<Load>(module, "Load", "A link whose mass varies, in the axes of its joint.")
+        .fields("body", &Load::body, "mass", &Load::mass, "moment", &Load::moment, "inertia",
+                &Load::inertia);
+    Record<GivenInputs>(module, "Inputs", "Inputs of a state beside q and v.")
+        .array("function_rows", &GivenInputs::function_rows)
+        .array("function_contacts", &GivenInputs::function_contacts)
+        .field("features", &GivenInputs::features)
+        .def_prop_rw(
+            "only", [](const GivenInputs& own) { return array_of(own.only); },
+            [](GivenInputs& own, const std::vector<bool>& only) {
+                own.only.assign(only.begin(), only.end());
             },
-            nb::rv_policy::move)
-        .def_prop_ro(
-            "places",
-            [](const StateRows& r) {
-                return array_of(of_points(r, [](const Point& p) { return p.place; }, 3));
-            },
-            nb::rv_policy::move)
-        .def_prop_ro(
-            "gaps",
-            [](const StateRows& r) {
-                return array_of(of_points(r, [](const Point& p) { return &p.gap; }, 1));
-            },
-            nb::rv_policy::move)
-        .def_prop_ro(
-            "ellipses",
-            [](const StateRows& r) {
-                return array_of(of_points(r, [](const Point& p) { return p.ellipse; }, 2));
-            },
-            nb::rv_policy::move)
-        .def_prop_ro(
-            "features",
-            [](const StateRows& r) {
-                std::vector<Feature> found;
-                for (const Point& p : r.points) found.push_back(p.feature);
-                return found;
-            },
-            "The names of the points, of bodies of any shapes alone.")
-        .def_ro("without_line", &StateRows::without_line)
-        .def_ro("without_ellipse", &StateRows::without_ellipse);
+            nb::for_getter(nb::rv_policy::move));
 }
 
 }  // namespace
@@ -319,43 +275,18 @@ void bind_state_rows(nb::module_& module) {
 void bind_scene(nb::module_& module) {
     using namespace impulsekit;
     bind_state_rows(module);
+    bind_parts(module);
     nb::class_<GivenScene>(module, "Scene", "The constraints and contacts of a robot.")
         .def(nb::init<const Model&>(), nb::arg("model"))
-        .def("add_pair", &add_pair, nb::arg("first"), nb::arg("other"), nb::arg("coincides"),
-             nb::arg("carrier"), nb::arg("axes"), nb::arg("select"))
-        .def("add_speed_rows", &add_speed_rows, nb::arg("count"), nb::arg("terms"), nb::arg("stop"))
-        .def(
-            "add_function_rows",
-            [](GivenScene& self, int count) { new_held(self, Held::functions, count); },
-            nb::arg("count"))
+        .def("add_held", &add_held, nb::arg("held"), nb::arg("select") = std::vector<int>())
         .def("set_rows", &set_rows, nb::arg("velocity"), nb::arg("kept"), nb::arg("vectors"),
              nb::arg("passive"), nb::arg("locks"))
-        .def("add_point_contact", &add_point_contact, nb::arg("first"), nb::arg("plane"),
-             nb::arg("carrier"), nb::arg("axes"), nb::arg("turns"))
-        .def("add_rope", &add_rope, nb::arg("first"), nb::arg("other"), nb::arg("axes"),
-             nb::arg("length"))
-        .def("add_stop", &add_stop, nb::arg("q"), nb::arg("v"), nb::arg("lower"), nb::arg("upper"))
-        .def("add_function_contact",
-             [](GivenScene& self) {
-                 new_contact(self, Contact::functions);
-                 ++self.scene.function_contacts;
-             })
-        .def("add_body_contact", &add_body_contact, nb::arg("first"), nb::arg("other"),
-             nb::arg("margin"), nb::arg("turns"), nb::arg("ball").none(), nb::arg("first_shapes"),
-             nb::arg("other_shapes"))
-        .def("set_ellipse", &set_ellipse, nb::arg("body"), nb::arg("along"))
-        .def(
-            "rows",
-            [](const GivenScene& self, const Array& q, const Array& v,
-               const std::optional<nb::ndarray<const double, nb::f_contig>>& jacobian,
-               const std::optional<Array>& function_rows,
-               const std::optional<Array>& function_contacts,
-               const std::optional<std::vector<bool>>& only) {
-                return rows_of(self, q, v, jacobian,
-                               given_of(function_rows, function_contacts, only));
-            },
-            nb::arg("q"), nb::arg("v"), nb::arg("jacobian") = nb::none(),
-            nb::arg("function_rows") = nb::none(), nb::arg("function_contacts") = nb::none(),
-            nb::arg("only") = nb::none(),
-            "The rows at a state. jacobian: of Pinocchio's joints, in place of the core's own.");
+        .def("add_contact", &add_contact, nb::arg("contact"))
+        .def("add_blow", &add_blow, nb::arg("blow"))
+        .def("add_kick", &add_kick, nb::arg("v"))
+        .def("add_load", &add_load, nb::arg("load"))
+        .def("vary_points", &vary_points, nb::arg("contacts"))
+        .def("rows", &rows_of, nb::arg("q"), nb::arg("v"), nb::arg("jacobian") = nb::none(),
+             nb::arg("inputs") = nb::none(),
+             "The rows at a state. jacobian: of Pinocchio's joints, in place of the core's own.");
 }

@@ -1,7 +1,9 @@
 // Trees of bodies, as Python calls them.
 #include "spatial/tree.hpp"
 
-#include "bind/arrays.hpp"
+#include <tuple>
+
+#include "bind/fields.hpp"
 #include "spatial/articulated.hpp"
 
 namespace nb = nanobind;
@@ -9,38 +11,57 @@ namespace nb = nanobind;
 namespace impulsekit {
 namespace {
 
-constexpr int kInts = 4, kFloats = 28;
+// Bodies by columns, a row for each, in the axes of their joints; see GivenBody.
+struct Bodies {
+    Integers parent, joint, q, v;
+    Array axis, rotation, shift, mass, moment, inertia, pitch, ratio, offset;
 
-Model given_model(const Integers& ints, const Array& floats, const Array& armature, int nq) {
-    const std::size_t count = ints.size() / kInts, nv = armature.size();
-    const int* i = data_of(ints, count * kInts, "bodies");
-    const double* f = data_of(floats, count * kFloats, "numbers");
-    std::vector<GivenBody> bodies(count);
-    for (std::size_t k = 0; k < count; ++k, i += kInts, f += kFloats) {
-        GivenBody& body = bodies[k];
-        body.parent = i[0];
-        body.joint = i[1];
-        body.q = i[2];
-        body.v = i[3];
+    std::size_t count() const { return parent.size(); }
+    // Check the columns' sizes.
+    void check() const {
+        for (const auto& [column, name] : {std::pair{&joint, "joint"}, {&q, "q"}, {&v, "v"}})
+            data_of(*column, count(), name);
+        const std::tuple<const Array*, std::size_t, const char*> columns[] = {
+            {&axis, 3, "axis"},   {&rotation, 9, "rotation"}, {&shift, 3, "shift"},
+            {&mass, 1, "mass"},   {&moment, 3, "moment"},     {&inertia, 6, "inertia"},
+            {&pitch, 1, "pitch"}, {&ratio, 1, "ratio"},       {&offset, 1, "offset"}};
+        for (const auto& [column, width, name] : columns) data_of(*column, width * count(), name);
+    }
+    GivenBody body(std::size_t k) const {
+        GivenBody body;
+        body.parent = parent.data()[k];
+        body.joint = joint.data()[k];
+        body.q = q.data()[k];
+        body.v = v.data()[k];
+        std::copy_n(axis.data() + 3 * k, 3, body.axis);
+        std::copy_n(rotation.data() + 9 * k, 9, body.rotation);
+        std::copy_n(shift.data() + 3 * k, 3, body.shift);
+        body.mass = mass.data()[k];
+        std::copy_n(moment.data() + 3 * k, 3, body.moment);
+        std::copy_n(inertia.data() + 6 * k, 6, body.inertia);
+        body.pitch = pitch.data()[k];
+        body.ratio = ratio.data()[k];
+        body.offset = offset.data()[k];
+        return body;
+    }
+};
+
+Model given_model(const Bodies& given, const Array& armature, int nq) {
+    given.check();
+    const int nv = static_cast<int>(armature.size());
+    std::vector<GivenBody> bodies(given.count());
+    for (std::size_t k = 0; k < bodies.size(); ++k) {
+        const GivenBody body = bodies[k] = given.body(k);
         if (body.parent < 0 || body.parent > static_cast<int>(k))
             throw nb::value_error("bodies: a parent comes before its child");
         if (body.joint < 0 || body.joint > static_cast<int>(Joint::ellipsoid))
             throw nb::value_error("bodies: unknown kind of joint");
         const Joint joint = static_cast<Joint>(body.joint);
         if (body.q < 0 || body.q + coordinates_of(joint) > nq || body.v < 0 ||
-            body.v + freedoms_of(joint) > static_cast<int>(nv))
+            body.v + freedoms_of(joint) > nv)
             throw nb::value_error("bodies: q or v is too short");
-        std::copy(f, f + 3, body.axis);
-        std::copy(f + 3, f + 12, body.rotation);
-        std::copy(f + 12, f + 15, body.shift);
-        body.mass = f[15];
-        std::copy(f + 16, f + 19, body.moment);
-        std::copy(f + 19, f + 25, body.inertia);
-        body.pitch = f[25];
-        body.ratio = f[26];
-        body.offset = f[27];
     }
-    return model_of(bodies, nq, static_cast<int>(nv), armature.data());
+    return model_of(bodies, nq, nv, armature.data());
 }
 
 Tree<double> placed(const Model& model, const Array& q) {
@@ -110,10 +131,16 @@ std::vector<double> entries_of(const std::vector<Spatial<double>>& all) {
     return found;
 }
 
-// Responses to impulses in joints (nv) and wrenches on some bodies, in the axes of their joints:
-// Δv; of each body the twist after and the wrench that its parent gives it, in world axes.
-nb::tuple apply_impulses(const Model& model, const Array& q, const Array& v, const Array& impulse,
-                         const Integers& bodies, const Array& wrenches) {
+// Of impulses in joints and on bodies: Δv; of each body but the world the twist after and the
+// wrench that its parent gives it, in world axes.
+struct AppliedImpulses {
+    std::vector<double> dv, twists, reactions;
+};
+
+// `impulse`: in joints (nv); wrenches on some bodies in the axes of their joints.
+AppliedImpulses apply_impulses(const Model& model, const Array& q, const Array& v,
+                               const Array& impulse, const Integers& bodies,
+                               const Array& wrenches) {
     if (model.has_followers || model.has_ellipsoids)
         throw nb::value_error("joints that follow others, and ellipsoids, need the mass matrix");
     const std::size_t count = bodies.size(), nv = model.nv;
@@ -147,7 +174,7 @@ nb::tuple apply_impulses(const Model& model, const Array& q, const Array& v, con
     const std::vector<double> reactions = entries_of(tree.wrench);
     for (std::size_t i = 0; i < nv; ++i) after[i] += dv[i];
     tree.move(after.data());
-    return nb::make_tuple(array_of(dv), array_of(entries_of(tree.twist)), array_of(reactions));
+    return {dv, entries_of(tree.twist), reactions};
 }
 
 }  // namespace
@@ -155,12 +182,26 @@ nb::tuple apply_impulses(const Model& model, const Array& q, const Array& v, con
 
 void bind_tree(nb::module_& module) {
     using namespace impulsekit;
+    bind_enum<Joint>(module, "Joint", "angle", Joint::angle, "circle", Joint::circle, "slide",
+                     Joint::slide, "helix", Joint::helix, "ball", Joint::ball, "free", Joint::free,
+                     "planar", Joint::planar, "translation", Joint::translation, "ellipsoid",
+                     Joint::ellipsoid);
+    Record<Bodies>(module, "Bodies", "Bodies by columns, in the axes of their joints.")
+        .fields("parent", &Bodies::parent, "joint", &Bodies::joint, "q", &Bodies::q, "v",
+                &Bodies::v, "axis", &Bodies::axis, "rotation", &Bodies::rotation, "shift",
+                &Bodies::shift, "mass", &Bodies::mass, "moment", &Bodies::moment, "inertia",
+                &Bodies::inertia, "pitch", &Bodies::pitch, "ratio", &Bodies::ratio, "offset",
+                &Bodies::offset);
+    using A = AppliedImpulses;
+    Result<A>(module, "AppliedImpulses", "What impulses in joints and on bodies do.")
+        .parts("dv", &A::dv, "twists", &A::twists, "reactions", &A::reactions);
     nb::class_<Model>(module, "Model", "A tree of rigid bodies with joints.")
         .def(
             "__init__",
-            [](Model* self, const Integers& bodies, const Array& numbers, const Array& armature,
-               int nq) { new (self) Model(given_model(bodies, numbers, armature, nq)); },
-            nb::arg("bodies"), nb::arg("numbers"), nb::arg("armature"), nb::arg("nq"))
+            [](Model* self, const Bodies& bodies, const Array& armature, int nq) {
+                new (self) Model(given_model(bodies, armature, nq));
+            },
+            nb::arg("bodies"), nb::arg("armature"), nb::arg("nq"))
         .def_ro("nq", &Model::nq)
         .def_ro("nv", &Model::nv)
         .def_ro("has_followers", &Model::has_followers)
@@ -183,7 +224,5 @@ void bind_tree(nb::module_& module) {
             },
             nb::arg("q"), nb::arg("v"), nb::arg("gravity"), "(nv) c(q, v).")
         .def("apply_impulses", &apply_impulses, nb::arg("q"), nb::arg("v"), nb::arg("impulse"),
-             nb::arg("bodies"), nb::arg("wrenches"),
-             "The jump of the velocities by impulses in joints and on bodies; twists after and "
-             "reactions of all bodies, in world axes.");
+             nb::arg("bodies"), nb::arg("wrenches"), "Apply impulses in joints and on bodies.");
 }

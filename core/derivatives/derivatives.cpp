@@ -13,20 +13,6 @@
 namespace impulsekit {
 namespace {
 
-// Edges, as Python has words for them.
-enum Kind {
-    kHardlyPresses,
-    kEdgeOfCone,
-    kHardlySlips,
-    kOutOfProportion,
-    kAtTablePoint,
-    kAtCapture,
-    kHardlyApproaches,
-    kJustAsFast,
-    kHardlyParts,
-    kOnPath,  // and two more
-};
-
 // A velocity this small beside those of the contacts is on an edge.
 constexpr double kEdge = 1e-7;
 // A contact that slips has its impulse on the cone, to this share of its bound.
@@ -45,7 +31,8 @@ constexpr int kMostHits = 2000;
 constexpr double kSummedUp = 1e-10;
 
 // de/d(approach speed), and whether it was found by differences; edges are told by their kind.
-double slope_of(const BySpeed& e, double speed, double scale, bool& by_differences, int& edge) {
+double slope_of(const BySpeed& e, double speed, double scale, bool& by_differences,
+                std::optional<Edge>& edge) {
     const double small = kEdge * scale;
     if (e.slope) return e.slope(speed);
     if (e.function) {
@@ -56,11 +43,11 @@ double slope_of(const BySpeed& e, double speed, double scale, bool& by_differenc
         const auto over = [&](double h) { return (e.at(speed + h) - e.at(speed - h)) / (2.0 * h); };
         return (4.0 * over(0.5 * step) - over(step)) / 3.0;
     }
-    if (e.capture > 0.0 && std::abs(speed - e.capture) < small) edge = kAtCapture;
+    if (e.capture > 0.0 && std::abs(speed - e.capture) < small) edge = Edge::at_capture;
     const std::vector<double>& speeds = e.table.points;
     const std::size_t count = speeds.size();
     for (double at : speeds)
-        if (count > 1 && std::abs(at - speed) < small) edge = kAtTablePoint;
+        if (count > 1 && std::abs(at - speed) < small) edge = Edge::at_table_point;
     if (count == 0 || !(speeds.front() <= speed && speed < speeds.back())) return 0.0;
     return e.table.slope_before(std::upper_bound(speeds.begin(), speeds.end(), speed) -
                                 speeds.begin());
@@ -96,7 +83,7 @@ const double* Derivation::row(int r) const {
     return r < m_ ? p.A + r * nv_ : p.J + (r - m_) * nv_;
 }
 
-void Derivation::edge(int kind, int point, int other) {
+void Derivation::add_edge(Edge kind, int point, int other) {
     edges.push_back({kind, given_.entries[point], other < 0 ? -1 : given_.entries[other]});
     if (existence <= Existence::by_differences) existence = Existence::mode_edge;
 }
@@ -222,17 +209,17 @@ void Derivation::find_coefficients() {
         own.mu = p.contact.friction[i];
         own.tangential = p.contact.tangential[i];
         const double normal = dot(p.J + (3 * i + 2) * nv_, p.v, nv_), small = kEdge * scale_;
-        int found = -1;
+        std::optional<Edge> found;
         bool by_differences = false;
         // A parting contact has an approach speed of zero, here and nearby.
         if (given_.has_own_restitution && !(normal > small))
             own.slope = slope_of(law_.contacts[given_.entries[i]].restitution,
                                  std::max(-normal, 0.0), scale_, by_differences, found);
-        if ((own.e > 0.0 || own.slope != 0.0) && std::abs(normal) <= small && found < 0)
-            found = kHardlyApproaches;
+        if ((own.e > 0.0 || own.slope != 0.0) && std::abs(normal) <= small && !found)
+            found = Edge::hardly_approaches;
         if (!(normal < 0.0)) own.slope = 0.0;
         if (by_differences && existence == Existence::exists) existence = Existence::by_differences;
-        if (found >= 0 && given_.solution->contact.impulse[3 * i + 2] > 0.0) edge(found, i);
+        if (found && given_.solution->contact.impulse[3 * i + 2] > 0.0) add_edge(*found, i);
     }
     keep(std::vector<double>(p.v, p.v + nv_));
     keep(std::move(after));
@@ -360,7 +347,7 @@ bool Derivation::find_hits_in_turn(const ContactProblem& contact, std::vector<in
             // The order is that of |u_n|/√W_nn; what no impulse moves comes first.
             const double as_fast =
                 own * std::sqrt(weight(j) / (weight(i) != 0.0 ? weight(i) : 1.0));
-            if (j != i && std::abs(normal - as_fast) <= small) edge(kJustAsFast, i, j);
+            if (j != i && std::abs(normal - as_fast) <= small) add_edge(Edge::just_as_fast, i, j);
             at_rest[j] = at_rest[j] && std::abs(next[3 * j + 2] - normal) <= kUnmoved * scale_;
         }
         at_rest[i] = own_[i].e == 0.0;
@@ -378,7 +365,7 @@ bool Derivation::find_hits_in_turn(const ContactProblem& contact, std::vector<in
         return false;
     }
     for (int j = 0; j < n_; ++j)
-        if (std::abs(now[3 * j + 2]) <= small && !at_rest[j]) edge(kHardlyParts, j);
+        if (std::abs(now[3 * j + 2]) <= small && !at_rest[j]) add_edge(Edge::hardly_parts, j);
     return true;
 }
 
@@ -393,7 +380,7 @@ bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<in
         const double shift = law.restitution == Restitution::newton
                                  ? own_[j].e * std::min(before[3 * j + 2], 0.0)
                                  : 0.0;
-        if (std::abs(free[3 * j + 2] + shift) <= small) edge(kHardlyParts, j);
+        if (std::abs(free[3 * j + 2] + shift) <= small) add_edge(Edge::hardly_parts, j);
         if (!(P[3 * j + 2] > 0.0)) continue;
         for (int i : order)
             for (int k = own_[i].mu != 0.0 ? 0 : 2; k < 3; ++k)
@@ -406,7 +393,7 @@ bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<in
     for (int j = 0; j < n_ && !order.empty(); ++j) {
         const double after =
             free[3 * j + 2] + dot(free_W_.data() + (3 * j + 2) * rows, P.data(), rows);
-        if (!(P[3 * j + 2] > 0.0) && std::abs(after) <= small) edge(kHardlyParts, j);
+        if (!(P[3 * j + 2] > 0.0) && std::abs(after) <= small) add_edge(Edge::hardly_parts, j);
     }
     return unavailable == Unavailable::none;
 }
@@ -452,7 +439,8 @@ void Derivation::follow_hit(int i, const double* share, int& now, bool along_pat
             derive_path(block, before, u, own_[i].e, own_[i].mu, law.restitution);
         if (found.is_drawn_in) unavailable = Unavailable::drawn_in;
         for (int k = 0; k < 3; ++k)
-            if (found.edges >> k & 1) edge(kOnPath + k, i);
+            if (found.edges >> k & 1)
+                add_edge(static_cast<Edge>(static_cast<int>(Edge::stuck_at_edge) + k), i);
         Stage stage = part(share);
         stage.along_path = i;
         stage.from_start = from_start;
@@ -509,7 +497,7 @@ Derivation::Mode Derivation::mode_of(int i, const Stage& stage) const {
         mode.held = compressed > 0.0;
         // Without restitution nothing expands, and the velocity stays at zero.
         const bool clear = xi[2] > small || (mode.held && e == 0.0);
-        if (!clear) self.edge(kHardlyPresses, i);
+        if (!clear) self.add_edge(Edge::hardly_presses, i);
         if (!mode.held && (clear || P[2] <= 0.0)) return mode;
     }
     mode.parted = false;
@@ -519,10 +507,10 @@ Derivation::Mode Derivation::mode_of(int i, const Stage& stage) const {
     // Without restitution an expansion has neither impulse nor cone.
     if (mode.sticking && !(mode.held && e == 0.0) &&
         std::max(mobility[0], mobility[1]) * (own.mu * P[2] - tangential) <= small)
-        self.edge(kEdgeOfCone, i);
+        self.add_edge(Edge::edge_of_cone, i);
     if (own.mu > 0.0 && !mode.sticking && own.mu * P[2] - tangential > kOnCone * own.mu * P[2])
-        self.edge(kHardlySlips, i);
-    if (mobility[2] * P[2] > kProportion * scale_) self.edge(kOutOfProportion, i);
+        self.add_edge(Edge::hardly_slips, i);
+    if (mobility[2] * P[2] > kProportion * scale_) self.add_edge(Edge::out_of_proportion, i);
     if (speed <= small) return mode;
     mode.slip[0] = xi[0] / speed;
     mode.slip[1] = xi[1] / speed;

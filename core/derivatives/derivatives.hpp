@@ -28,7 +28,7 @@ struct Parameters {
     int states() const { return blow_points; }  // q, v and impulses
 };
 
-// Existence of derivatives, as impulsekit.DerivativeStatus has it.
+// Existence of derivatives.
 enum class Existence : std::int8_t {
     exists,
     by_differences,
@@ -38,7 +38,7 @@ enum class Existence : std::int8_t {
     no_impact,
 };
 
-// Reasons why an impact is not differentiated, as Python has words for them.
+// Reasons why an impact is not differentiated.
 enum class Unavailable {
     none,
     drawn_in,
@@ -50,9 +50,27 @@ enum class Unavailable {
     singular,
 };
 
-// Why a small change may end a mode: kinds as Python has words for them.
+// Reasons why a small change may end a mode.
+enum class Edge {
+    hardly_presses,
+    edge_of_cone,
+    hardly_slips,
+    out_of_proportion,
+    at_table_point,
+    at_capture,
+    hardly_approaches,
+    just_as_fast,
+    hardly_parts,
+    // Along a path of slip, as derive_path numbers them.
+    stuck_at_edge,
+    slip_ends_with_phase,
+    hardly_slips_first,
+};
+
+// A contact on the edge of its mode, and another one that it is compared with, or −1.
 struct ModeEdge {
-    int kind, contact, other;
+    Edge kind;
+    int contact, other;
 };
 
 // The impact that is differentiated.
@@ -127,7 +145,7 @@ class Derivation {
     std::vector<double> unit_impulses(int point, int row) const;
     bool is_split_open() const;
     int keep(std::vector<double> velocity);
-    void edge(int kind, int point, int other = -1);
+    void add_edge(Edge kind, int point, int other = -1);
     const double* row(int r) const;
     bool is_stop(int point) const;
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._core import Existence
 from ..errors import UnknownNameError, check_kind
 from ..errors.calls import public
 from ..formatting import Displayed, one_line
@@ -34,7 +35,7 @@ PARAMETERS = (
     "q", "v", "impulses", "restitution", "friction", "mass", "at", "normal", "strike"
 )  # fmt: skip
 VARIED = ("impulses", "restitution", "friction", "masses", "points")
-_STATUS = tuple(DerivativeStatus)
+_STATUS = tuple(DerivativeStatus[each.name.upper()] for each in Existence)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -248,14 +249,14 @@ def _differentiated(
     blows = sum(isinstance(entry, AppliedImpulse) for entry in scene.impulses)
     kinds: dict[str, tuple[Any, tuple[int, ...]]] = {
         "q": (np.arange(nv), (nv,)),
-        "v": (starts["v"] + np.arange(nv), (nv,)),
+        "v": (starts.v + np.arange(nv), (nv,)),
         "impulses": (layout.order, (len(layout.order),)),
-        "restitution": (starts["restitution"] + np.arange(contacts), (contacts,)),
-        "friction": (starts["friction"] + np.arange(contacts), (contacts,)),
-        "mass": (starts["masses"] + np.arange(len(inputs.links)), (len(inputs.links),)),
-        "at": (starts["points"] + np.arange(3 * contacts), (contacts, 3)),
-        "normal": (starts["normals"] + np.arange(3 * contacts), (contacts, 3)),
-        "strike": (starts["strikes"] + np.arange(3 * blows), (blows, 3)),
+        "restitution": (starts.restitution + np.arange(contacts), (contacts,)),
+        "friction": (starts.friction + np.arange(contacts), (contacts,)),
+        "mass": (starts.masses + np.arange(len(inputs.links)), (len(inputs.links),)),
+        "at": (starts.points + np.arange(3 * contacts), (contacts, 3)),
+        "normal": (starts.normals + np.arange(3 * contacts), (contacts, 3)),
+        "strike": (starts.blow_points + np.arange(3 * blows), (blows, 3)),
     }
     wanted = list(dict.fromkeys(by))
     parameters = np.concatenate([np.zeros(0, dtype=int), *(kinds[name][0] for name in wanted)])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core import Model
+from .._core import Bodies, Joint, Model
 from ..errors import (
     InputError,
     NotFiniteError,
@@ -20,7 +20,7 @@ from ..errors import (
 )
 from ..errors.calls import public
 from ..formatting import one_line
-from ..impact.flat.model import ANGLE, BALL, CIRCLE, FREE, PLANAR, SLIDE, flat_model_of
+from ..impact.flat.model import flat_model_of
 from ..robot import Robot
 from ..robot.arrays import floats, lock
 from ..rows.entries import Site
@@ -35,15 +35,21 @@ __all__ = ["LongImpact", "LongTree", "long_chain", "long_tree"]
 # Tolerance for the length of a unit vector.
 UNIT = 1e-6
 _KINDS = {
-    "revolute": ANGLE,
-    "prismatic": SLIDE,
-    "spherical": BALL,
-    "planar": PLANAR,
-    "freeflyer": FREE,
+    "revolute": Joint.angle,
+    "prismatic": Joint.slide,
+    "spherical": Joint.ball,
+    "planar": Joint.planar,
+    "freeflyer": Joint.free,
 }
 # How many entries of q and v each takes; where a unit vector begins, and its length.
-_SIZES = {ANGLE: (1, 1), SLIDE: (1, 1), BALL: (4, 3), PLANAR: (4, 3), FREE: (7, 6)}
-_UNITS = {CIRCLE: (0, 2), PLANAR: (2, 2), BALL: (0, 4), FREE: (3, 4)}
+_SIZES = {
+    Joint.angle: (1, 1),
+    Joint.slide: (1, 1),
+    Joint.ball: (4, 3),
+    Joint.planar: (4, 3),
+    Joint.free: (7, 6),
+}
+_UNITS = {Joint.circle: (0, 2), Joint.planar: (2, 2), Joint.ball: (0, 4), Joint.free: (3, 4)}
 
 
 @public
@@ -205,10 +211,11 @@ class LongImpact:
         self._turns = places[:, :9].reshape(-1, 3, 3)
         struck, wrenches, kicks = self._acting(impulses)
         bodies = of_core[struck].astype(np.intc)
-        self.dv, twists, reactions = core.apply_impulses(q, v, kicks, bodies, wrenches)
+        found = core.apply_impulses(q, v, kicks, bodies, wrenches)
+        self.dv = found.dv
         self.v_after = v + self.dv
-        self.twists_after = twists.reshape(-1, 6)[of_core - 1]
-        self.reactions = reactions.reshape(-1, 6)[of_core - 1]
+        self.twists_after = found.twists.reshape(-1, 6)[of_core - 1]
+        self.reactions = found.reactions.reshape(-1, 6)[of_core - 1]
         lock(q, v, self.dv, self.v_after, self.twists_after, self.reactions)
 
     def __repr__(self) -> str:
@@ -382,10 +389,10 @@ def _of_robot(robot: Robot) -> LongTree:
         raise InputError("a long tree has no joints that follow others, and no ellipsoids")
     joints = np.zeros((model.njoints - 1, 4), dtype=int)
     for row, joint in zip(joints, list(model.joints)[1:], strict=True):
-        kind = CIRCLE if (joint.nq, joint.nv) == (2, 1) else ANGLE
-        kind = {(4, 3): BALL, (7, 6): FREE}.get((joint.nq, joint.nv), kind)
+        kind = Joint.circle if (joint.nq, joint.nv) == (2, 1) else Joint.angle
+        kind = {(4, 3): Joint.ball, (7, 6): Joint.free}.get((joint.nq, joint.nv), kind)
         if joint.shortname() == "JointModelPlanar":
-            kind = PLANAR
+            kind = Joint.planar
         row[:] = kind, joint.idx_q, joint.idx_v, joint.nv
     return LongTree(flat.core, joints, np.array(flat.bodies[1:]), robot)
 
@@ -406,17 +413,24 @@ def _joined(
     square = (centres**2).sum(axis=1)[:, None, None] * np.eye(3)
     about = inertias + masses[:, None, None] * (square - centres[:, :, None] * centres[:, None, :])
     rows, columns = np.triu_indices(3)
-    tail = np.broadcast_to([0.0, 1.0, 0.0], (n, 3))
-    numbers = np.hstack(
-        [
-            axes, rotations.reshape(n, 9), translations, masses[:, None],
-            masses[:, None] * centres, about[:, rows, columns], tail,
-        ]
-    )  # fmt: skip
-    ints = np.column_stack([parents + 1, kinds, first]).astype(np.intc)
+    bodies = Bodies(
+        parent=(parents + 1).astype(np.intc),
+        joint=kinds.astype(np.intc),
+        q=first[:, 0].astype(np.intc),
+        v=first[:, 1].astype(np.intc),
+        axis=axes,
+        rotation=rotations,
+        shift=translations,
+        mass=masses,
+        moment=masses[:, None] * centres,
+        inertia=np.ascontiguousarray(about[:, rows, columns]),
+        pitch=np.zeros(n),
+        ratio=np.ones(n),
+        offset=np.zeros(n),
+    )
     nq, nv = sizes.sum(axis=0).tolist()
     joints = np.column_stack([kinds, first, sizes[:, 1]])
-    return LongTree(Model(ints, numbers, np.zeros(nv), nq), joints, np.arange(1, n + 1))
+    return LongTree(Model(bodies, np.zeros(nv), nq), joints, np.arange(1, n + 1))
 
 
 def _array(values: Any, shape: tuple[int, ...], what: str) -> np.ndarray:

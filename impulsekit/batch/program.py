@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .._core import ContactLaw, add_load, vary_points
+from .._core import ContactLaw, Load
 from ..impact.flat.law import contact_law
-from ..impact.flat.model import body_numbers
+from ..impact.flat.model import inertia_numbers
 from ..impact.flat.scene import FlatScene, flat_scene
 from ..scene import Restitution, RestitutionTable, Scene
 from ..scene.scene import SceneCache
@@ -88,8 +88,8 @@ def _made(scene: Scene, links: Sequence[str], pointed: Sequence[int]) -> Program
     model = flat.model
     for name in links:
         joint_id, inertia = link_inertia(robot, name)
-        add_load(flat.core, model.bodies[joint_id], body_numbers(inertia))
-    vary_points(flat.core, list(pointed))
+        flat.core.add_load(Load(body=model.bodies[joint_id], **inertia_numbers(inertia)))
+    flat.core.vary_points(list(pointed))
     named = [cast("Contact", scene.contacts[i]).frame for i in pointed]
     frames = [robot.model.frames[robot.frame_id(name)] for name in named]
     return Program(

@@ -11,7 +11,7 @@ from typing import Any
 import coal
 import numpy as np
 
-from .._core import contact_points, nearest_points
+from .._core import Nearest, contact_points, nearest_points
 from ..geometry.axes import place_numbers
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
@@ -151,7 +151,7 @@ def nearest_contacts(
         if stage == MEASURED:
             nearest.append(i)
         elif stage == CORNERED:
-            heapq.heappush(waiting, (float(_Pair(posture, pairs, i).nearest[0]), MEASURED, i))
+            heapq.heappush(waiting, (_Pair(posture, pairs, i).nearest.gap, MEASURED, i))
         else:
             heapq.heappush(waiting, (max(gap, pairs.apart(posture, i)), CORNERED, i))
     return contact_gaps(scene, posture, nearest)
@@ -270,11 +270,11 @@ class _Pair:
         )
 
     @property
-    def nearest(self) -> np.ndarray:
-        """The least gap, its normal and the points of both there: 10 numbers."""
+    def nearest(self) -> Nearest:
+        """The least gap, its normal and the points of both there."""
         (first, other), (one, two) = self.shapes, self.numbers
         found = (nearest_points(a, one, b, two) for a in first for b in other)
-        return min(found, key=lambda numbers: float(numbers[0]))
+        return min(found, key=lambda each: each.gap)
 
     @property
     def close(self) -> list[Any]:
@@ -292,11 +292,11 @@ def _between_bodies(posture: Posture[Robot], pairs: _Pairs, index: int, name: st
         gap = min(point.gap for point in close)
     else:
         found = pair.nearest
-        gap = float(found[0])
+        gap = found.gap
         # Flat sides that face each other are nearest at all corners of what they share.
         flat = pair.touching(gap + ONE_PATCH)
         points = [(point.point, point.normal) for point in flat]
-        points = points or [(0.5 * (found[4:7] + found[7:]), found[1:4])]
+        points = points or [(0.5 * (found.on_first + found.on_other), found.normal)]
     speed = max(
         float(
             normal

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Container, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._core import Failure, SceneImpact, solve_scene
+from .._core import Failure, Inputs, SceneImpact, solve_scene
 from ..errors import ContradictionError, InputError
 from ..scene.scene import SceneCache
 from .flat.law import contact_law
@@ -76,13 +76,14 @@ class SceneJump:
             SingularMassError: M is singular and the constraints do not make up for it.
             InputError, RangeError: what the contact law refuses.
         """
-        more = self.flat.given(q) if self._is_given else {}
+        more: dict[str, Any] = self.flat.given(q) if self._is_given else {}
         if touching is not None:
             more["only"] = [i in touching for i in range(self._count)]
         if features is not None:
             more["features"] = features
+        inputs = Inputs(**more) if more else None
         own = self.flat.impulses if numbers is None else numbers[self.flat.order]
-        found = solve_scene(self.flat.core, self.law, q, v, own, **more)
+        found = solve_scene(self.flat.core, self.law, q, v, own, inputs)
         if not found.is_solved:
             self._refuse(scene, q, found)
         if scene.controlled and found.rows.yielded:

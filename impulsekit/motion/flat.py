@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from .._core import MotionScene
+from .._core import Site as CoreSite
 from ..errors import InputError
-from ..geometry.axes import place_numbers
 from ..impact.flat.law import contact_law
-from ..impact.flat.scene import FlatScene, flat_scene
+from ..impact.flat.scene import FlatScene, core_site, flat_scene
 from ..rows.entries import Site
 from ..scene import (
     Actuator,
@@ -125,9 +125,9 @@ class _Forces:
     def _v(self, name: str) -> int:
         return int(self._robot.model.joints[self._robot.joint_id(name)].idx_v)
 
-    def _site(self, frame: str, at: Any) -> tuple[int, np.ndarray]:
+    def _site(self, frame: str, at: Any) -> CoreSite:
         site = Site.of(self._robot, frame, at)
-        return self._flat.model.bodies[site.joint_id], place_numbers(site.placement)
+        return core_site(self._flat.model.bodies[site.joint_id], site.placement)
 
     def _in_joint(self, name: str, numbers: Sequence[float], stores: bool) -> None:
         joint = self._robot.model.joints[self._robot.joint_id(name)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit._core import add_kick, instruction_sets, use_instruction_set
+from impulsekit._core import Contact, instruction_sets, use_instruction_set
 from impulsekit.batch.program import program_of
 
 from ..batch.compare import random_states
@@ -85,7 +85,7 @@ def test_a_scene_is_not_changed_while_a_batch_reads_it(solo):
     flats = []
 
     def of_speed(speed):
-        for change in (lambda: flats[0].add_stop(7, 6, 0.0, 1.0), lambda: add_kick(flats[0], 6)):
+        for change in (lambda: flats[0].add_contact(Contact()), lambda: flats[0].add_kick(6)):
             with pytest.raises(ValueError, match="batch that runs now"):
                 change()
         return 0.5

@@ -83,7 +83,7 @@ def test_an_impact_is_differentiated_in_its_own_scene():
     robot, bare = ball()
     scene = ik.Scene(robot, contacts=[ik.Contact("ball")])
     jump, _, impact = ik.solve(scene, robot.neutral(), -np.eye(6)[2]).solved
-    assert _core.Derivation(jump.flat.core, jump.law, impact).unavailable == 0
+    assert _core.Derivation(jump.flat.core, jump.law, impact).unavailable.name == "none"
     law = _core.ContactLaw(_core.Law(), [])
     with pytest.raises(ValueError, match="expected one of this scene"):
         _core.Derivation(bare, law, impact)

@@ -101,7 +101,7 @@ class Two:
         given = list(zip(self.shapes, map(place_numbers, places or self.places), strict=True))
         (a, pa), (b, pb) = given[::order]
         found = _core.nearest_points(a, pa, b, pb)
-        return found[0], *found[1:].reshape(3, 3)
+        return found.gap, found.normal, found.on_first, found.on_other
 
     def between(self, normal):
         """How far they are apart along a normal, from the second to the first."""

@@ -65,10 +65,11 @@ def hold_up(model, q, v, rng, responds=True):
         jacobian = pin.computeJointJacobian(model, data, q, joint_id).reshape(6, nv)
         total += jacobian.T @ wrenches[joint_id - 1]
     bodies = np.array(flat.bodies[1:], dtype=np.intc)
-    dv, *found = flat.core.apply_impulses(q, v, impulse, bodies, wrenches.ravel())
+    found = flat.core.apply_impulses(q, v, impulse, bodies, wrenches.ravel())
+    dv = found.dv
     size = np.abs(total).max() + (np.abs(masses) @ np.abs(dv)).max()
     assert off(masses @ dv, total, size) < EXACT
-    twists, reactions = (x.reshape(-1, 6)[bodies - 1] for x in found)
+    twists, reactions = (x.reshape(-1, 6)[bodies - 1] for x in (found.twists, found.reactions))
     pin.forwardKinematics(model, data, q, v + dv)
     truth = [in_world(data.oMi[j], data.v[j]) for j in ids]
     assert off(twists, np.array(truth)) < 1e-12

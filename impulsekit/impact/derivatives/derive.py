@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..._core import Derivation
+from ..._core import Derivation, Unavailable
 from ...errors import check_kind
 from ...errors.calls import public
 from ..result import Impact
@@ -56,18 +56,15 @@ def derivatives(impact: Impact) -> Derivatives:
         other = _derivation(impact, impact.solved.jump.flat.model.bodies[joint_id])
         return layout.pulled(other, "v_after")[:, -10:]
 
-    edges = dict.fromkeys(edge_words(scene, *edge) for edge in found.edges)
-    status = _STATUS[found.existence]
+    edges = dict.fromkeys(edge_words(scene, edge) for edge in found.edges)
+    status = DerivativeStatus[found.existence.name.upper()]
     return Derivatives(impact, status, tuple(edges), layout, found, by_inertia)
-
-
-_STATUS = tuple(DerivativeStatus)
 
 
 def _derivation(impact: Impact, inertia_of: int) -> Derivation:
     """The impact made linear in its modes; ``inertia_of``: a body of the core, or −1."""
     jump, _, core = impact.solved
     found = Derivation(jump.flat.core, jump.law, core, inertia_of)
-    if found.unavailable:
+    if found.unavailable is not Unavailable.none:
         raise unavailable(impact.scene, found.unavailable, found.contact)
     return found

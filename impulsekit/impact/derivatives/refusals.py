@@ -4,56 +4,69 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..._core import Edge, Unavailable
 from ...errors import InputError
 from ...scene.coefficients import is_plain
 from ...scene.contacts import turns
 from ..status import BY_CODE
 
 if TYPE_CHECKING:
+    from ..._core import ModeEdge
     from ...scene import Scene
     from ..result import Impact
 
 __all__ = ["edge_words", "refuse_invalid", "refuse_what_has_none", "unavailable"]
 
-# As ``core/derivatives/derivatives.cpp`` numbers them; {other} is another contact.
-_EDGES = (
-    "it hardly presses and hardly parts",
-    "it sticks with its impulse at the edge of the cone",
-    "it hardly slips",
-    "its impulse is out of all proportion to what it moves",
-    "its approach speed is at a point of its restitution table",
-    "its approach speed is at the capture speed",
-    "it hardly approaches, where restitution sets in",
-    "{other} approaches just as fast",
-    "it hardly approaches or hardly parts",
-    "what has stuck is at the edge of its cone",
-    "slip ends just as the compression or the impact does",
-    "it hardly slips when it meets",
-)
-# As ``core/derivatives/derivatives.hpp`` numbers what is not differentiated; {name} is a contact.
-_UNAVAILABLE = (
-    "",
-    "friction holds all that moves, or draws the contact in again (Painlevé); there the impulse "
-    "has no derivative of this kind",
-    "an infinite series of hits at the contacts is not differentiated; "
-    'use Law(order="simultaneous")',
-    "several contacts without friction act on each other beside others whose slip is followed "
-    "along the path; put bodies that have nothing to do with each other into scenes of their own, "
-    'or use slip="end"',
-    "{name}: how the point moves at which its bodies meet is not known in closed form (of two "
-    "balls, and of a corner, ball or capsule's end on a flat face of a polytope, it is); give it "
-    "as a Contact",
-    "the compression of this impact has no solution",
-    "not available for scenes with a GapConstraint or a GapContact: they would take second "
-    "derivatives of its functions",
-    "the mass matrix is singular, and the constraints do not make up for it",
-)
+# Of each edge; {other} is another contact.
+_EDGES = {
+    Edge.hardly_presses: "it hardly presses and hardly parts",
+    Edge.edge_of_cone: "it sticks with its impulse at the edge of the cone",
+    Edge.hardly_slips: "it hardly slips",
+    Edge.out_of_proportion: "its impulse is out of all proportion to what it moves",
+    Edge.at_table_point: "its approach speed is at a point of its restitution table",
+    Edge.at_capture: "its approach speed is at the capture speed",
+    Edge.hardly_approaches: "it hardly approaches, where restitution sets in",
+    Edge.just_as_fast: "{other} approaches just as fast",
+    Edge.hardly_parts: "it hardly approaches or hardly parts",
+    Edge.stuck_at_edge: "what has stuck is at the edge of its cone",
+    Edge.slip_ends_with_phase: "slip ends just as the compression or the impact does",
+    Edge.hardly_slips_first: "it hardly slips when it meets",
+}
+# Why an impact is not differentiated; {name} is a contact.
+_UNAVAILABLE = {
+    Unavailable.drawn_in: (
+        "friction holds all that moves, or draws the contact in again (Painlevé); there the "
+        "impulse has no derivative of this kind"
+    ),
+    Unavailable.too_many_hits: (
+        "an infinite series of hits at the contacts is not differentiated; "
+        'use Law(order="simultaneous")'
+    ),
+    Unavailable.coupled: (
+        "several contacts without friction act on each other beside others whose slip is followed "
+        "along the path; put bodies that have nothing to do with each other into scenes of their "
+        'own, or use slip="end"'
+    ),
+    Unavailable.no_closed_form: (
+        "{name}: how the point moves at which its bodies meet is not known in closed form (of two "
+        "balls, and of a corner, ball or capsule's end on a flat face of a polytope, it is); give "
+        "it as a Contact"
+    ),
+    Unavailable.no_compression: ("the compression of this impact has no solution"),
+    Unavailable.functions: (
+        "not available for scenes with a GapConstraint or a GapContact: they would take second "
+        "derivatives of its functions"
+    ),
+    Unavailable.singular: (
+        "the mass matrix is singular, and the constraints do not make up for it"
+    ),
+}
 
 
-def edge_words(scene: Scene, kind: int, contact: int, other: int) -> str:
+def edge_words(scene: Scene, edge: ModeEdge) -> str:
     """Return a sentence for an edge that the core found."""
     names = scene.entry_names("contacts")
-    return f"{names[contact]}: {_EDGES[kind].format(other=names[other])}"
+    return f"{names[edge.contact]}: {_EDGES[edge.kind].format(other=names[edge.other])}"
 
 
 def refuse_what_has_none(scene: Scene) -> None:
@@ -84,7 +97,7 @@ def refuse_what_has_none(scene: Scene) -> None:
         )
 
 
-def unavailable(scene: Scene, why: int, contact: int) -> InputError:
+def unavailable(scene: Scene, why: Unavailable, contact: int) -> InputError:
     """Return the error of an impact that the core could not differentiate."""
     name = scene.entry_names("contacts")[contact] if contact >= 0 else ""
     return InputError(f"derivatives: {_UNAVAILABLE[why].format(name=name)}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 import numpy as np
 
-from ..._core import parameter_places
+from ..._core import Parameters
 from ...errors import UnknownNameError
 from ...formatting import Displayed
 from ...robot.arrays import read_only
@@ -37,7 +37,7 @@ class Layout:
     It does not hold the scene.
 
     Attributes:
-        starts: of each kind of parameter its first column: those of the core in their order.
+        starts: of each kind of parameter its first column.
         columns: by parameter its columns: a slice, or by the name of an entry.
         struck: the names of known impulses, which are there whatever touches.
         rows: by result its rows: "v_after", and each constraint and contact by name.
@@ -45,12 +45,10 @@ class Layout:
     """
 
     def __init__(self, scene: Scene, flat: FlatScene) -> None:
-        kinds = ("q", "v", "impulses", "strikes", "restitution", "friction", "points", "normals")
-        places = parameter_places(flat.core)
-        self.starts = dict(zip((*kinds, "masses", "end"), places, strict=True))
-        at, nv, rows = self.starts, scene.robot.nv, len(flat.names)
+        self.starts = at = Parameters(flat.core)
+        nv, rows = scene.robot.nv, len(flat.names)
         blows, contacts = scene.entry_names("impulses"), scene.entry_names("contacts")
-        self.order = at["impulses"] + np.argsort(np.array(flat.order, dtype=int))
+        self.order = at.impulses + np.argsort(np.array(flat.order, dtype=int))
         sizes = np.cumsum([len(entry.values) for entry in scene.impulses])
         placed = [
             name
@@ -59,17 +57,17 @@ class Layout:
         ]
         planes = {i: n for i, n in enumerate(contacts) if isinstance(scene.contacts[i], Contact)}
 
-        def threes(kind: str, names: Mapping[int, str]) -> dict[str, slice]:
-            return {n: slice(at[kind] + 3 * i, at[kind] + 3 * i + 3) for i, n in names.items()}
+        def threes(start: int, names: Mapping[int, str]) -> dict[str, slice]:
+            return {n: slice(start + 3 * i, start + 3 * i + 3) for i, n in names.items()}
 
         self.columns: dict[str, Any] = {
-            "q": slice(at["q"], at["v"]),
-            "v": slice(at["v"], at["impulses"]),
+            "q": slice(at.q, at.v),
+            "v": slice(at.v, at.impulses),
             "impulses": dict(zip(blows, np.split(self.order, sizes[:-1]), strict=False)),
-            "restitution": {n: at["restitution"] + i for i, n in enumerate(contacts)},
-            "friction": {n: at["friction"] + i for i, n in enumerate(contacts)},
-            "at": {**threes("strikes", dict(enumerate(placed))), **threes("points", planes)},
-            "normal": threes("normals", planes),
+            "restitution": {n: at.restitution + i for i, n in enumerate(contacts)},
+            "friction": {n: at.friction + i for i, n in enumerate(contacts)},
+            "at": {**threes(at.blow_points, dict(enumerate(placed))), **threes(at.points, planes)},
+            "normal": threes(at.normals, planes),
         }
         self.struck = frozenset(blows)
         self.rows = {"v_after": slice(0, nv)}

@@ -9,33 +9,37 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..._core import Model
+from ..._core import Bodies, Joint, Model
 from ...errors import InputError
 
 if TYPE_CHECKING:
     from ...robot import Robot
 
-__all__ = ["FlatModel", "body_numbers", "flat_model", "flat_model_of"]
+__all__ = ["FlatModel", "flat_model", "flat_model_of", "inertia_numbers"]
 
-# As ``core/spatial/model.hpp`` numbers joints.
-ANGLE, CIRCLE, SLIDE, HELIX, BALL, FREE, PLANAR, TRANSLATION, ELLIPSOID = range(9)
 _KINDS = {
-    **{f"JointModelR{axis}": ANGLE for axis in "XYZ"},
-    "JointModelRevoluteUnaligned": ANGLE,
-    **{f"JointModelRUB{axis}": CIRCLE for axis in "XYZ"},
-    "JointModelRevoluteUnboundedUnaligned": CIRCLE,
-    "JointModelRevoluteUnboundedUnalignedTpl": CIRCLE,
-    **{f"JointModelP{axis}": SLIDE for axis in "XYZ"},
-    "JointModelPrismaticUnaligned": SLIDE,
-    **{f"JointModelH{axis}": HELIX for axis in "XYZ"},
-    "JointModelHelicalUnaligned": HELIX,
-    "JointModelSpherical": BALL,
-    "JointModelFreeFlyer": FREE,
-    "JointModelPlanar": PLANAR,
-    "JointModelTranslation": TRANSLATION,
-    "JointModelEllipsoid": ELLIPSOID,
+    **{f"JointModelR{axis}": Joint.angle for axis in "XYZ"},
+    "JointModelRevoluteUnaligned": Joint.angle,
+    **{f"JointModelRUB{axis}": Joint.circle for axis in "XYZ"},
+    "JointModelRevoluteUnboundedUnaligned": Joint.circle,
+    "JointModelRevoluteUnboundedUnalignedTpl": Joint.circle,
+    **{f"JointModelP{axis}": Joint.slide for axis in "XYZ"},
+    "JointModelPrismaticUnaligned": Joint.slide,
+    **{f"JointModelH{axis}": Joint.helix for axis in "XYZ"},
+    "JointModelHelicalUnaligned": Joint.helix,
+    "JointModelSpherical": Joint.ball,
+    "JointModelFreeFlyer": Joint.free,
+    "JointModelPlanar": Joint.planar,
+    "JointModelTranslation": Joint.translation,
+    "JointModelEllipsoid": Joint.ellipsoid,
 }
-_NOTHING = np.zeros(10)
+_NOTHING = {"mass": 0.0, "moment": np.zeros(3), "inertia": np.zeros(6)}
+# Of the core's bodies, and their types.
+COLUMNS = (
+    *((name, np.intc) for name in ("parent", "joint", "q", "v")),
+    *((name, float) for name in ("axis", "rotation", "shift", "mass", "moment", "inertia")),
+    *((name, float) for name in ("pitch", "ratio", "offset")),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ class FlatModel:
 class _Part:
     """One of the joints that a joint of Pinocchio is made of."""
 
-    kind: int
+    kind: Joint
     axis: Any
     placement: pin.SE3
     q: int
@@ -88,8 +92,7 @@ def flat_model(model: pin.Model) -> FlatModel:
     Raises:
         InputError: a joint of a kind that the core does not know.
     """
-    ints: list[tuple[int, int, int, int]] = []
-    numbers: list[np.ndarray] = []
+    rows: list[dict[str, Any]] = []
     bodies = [0]
     leaders = dict(zip(model.mimicking_joints, model.mimicked_joints, strict=True))
     for joint_id in range(1, model.njoints):
@@ -101,30 +104,30 @@ def flat_model(model: pin.Model) -> FlatModel:
         above, place = bodies[model.parents[joint_id]], model.jointPlacements[joint_id]
         for k, part in enumerate(parts):
             last = k == len(parts) - 1
-            ints.append((above, part.kind, part.q, part.v))
-            inertia = body_numbers(model.inertias[joint_id]) if last else _NOTHING
             here = place * part.placement if k == 0 else part.placement
-            numbers.append(
-                np.concatenate(
-                    [part.axis, here.rotation.ravel(), here.translation, inertia,
-                     (part.pitch, part.ratio, part.offset)]
-                )
+            rows.append(
+                {
+                    "parent": above, "joint": part.kind, "q": part.q, "v": part.v,
+                    "axis": part.axis, "rotation": here.rotation, "shift": here.translation,
+                    **(inertia_numbers(model.inertias[joint_id]) if last else _NOTHING),
+                    "pitch": part.pitch, "ratio": part.ratio, "offset": part.offset,
+                }
             )  # fmt: skip
-            above = len(ints)
+            above = len(rows)
         bodies.append(above)
-    core = Model(
-        np.array(ints, dtype=np.intc).reshape(-1, 4),
-        np.array(numbers, dtype=float).reshape(-1, 28),
-        np.array(model.armature, dtype=float),
-        model.nq,
-    )
+    columns = {name: np.array([row[name] for row in rows], dtype=kind) for name, kind in COLUMNS}
+    core = Model(Bodies(**columns), np.array(model.armature, dtype=float), model.nq)
     return FlatModel(core, tuple(bodies))
 
 
-def body_numbers(inertia: pin.Inertia) -> np.ndarray:
-    """(10,) mass, first moment and inertia about the joint (xx, xy, xz, yy, yz, zz)."""
+def inertia_numbers(inertia: pin.Inertia) -> dict[str, Any]:
+    """Mass, first moment (3,) and inertia (6,) about the joint (xx, xy, xz, yy, yz, zz)."""
     about = inertia.matrix()[3:, 3:]
-    return np.array([inertia.mass, *(inertia.mass * inertia.lever), *about[np.triu_indices(3)]])
+    return {
+        "mass": float(inertia.mass),
+        "moment": inertia.mass * inertia.lever,
+        "inertia": about[np.triu_indices(3)],
+    }
 
 
 def _parts(joint: Any, placement: pin.SE3, q: int, v: int, name: str) -> list[_Part]:
@@ -141,19 +144,19 @@ def _parts(joint: Any, placement: pin.SE3, q: int, v: int, name: str) -> list[_P
     if kind == "JointModelUniversal":
         none = pin.SE3.Identity()
         return [
-            _Part(ANGLE, own.axis1, placement, q, v),
-            _Part(ANGLE, own.axis2, none, q + 1, v + 1),
+            _Part(Joint.angle, own.axis1, placement, q, v),
+            _Part(Joint.angle, own.axis2, none, q + 1, v + 1),
         ]
     if kind == "JointModelSphericalZYX":
         places = (placement, pin.SE3.Identity(), pin.SE3.Identity())
         axes = np.eye(3)[::-1]
         return [
-            _Part(ANGLE, axis, place, q + i, v + i)
+            _Part(Joint.angle, axis, place, q + i, v + i)
             for i, (axis, place) in enumerate(zip(axes, places, strict=True))
         ]
     if kind not in _KINDS:
         raise InputError(f'joint "{name}": a {kind} is not known here')
-    pitch = float(own.pitch) if _KINDS[kind] == HELIX else 0.0
+    pitch = float(own.pitch) if _KINDS[kind] == Joint.helix else 0.0
     return [_Part(_KINDS[kind], _axis(own, kind), placement, q, v, pitch)]
 
 
@@ -184,11 +187,11 @@ def _following(joint: Any, leader: Any, name: str) -> list[_Part]:
     along = along / mimic.scaling
     turn = float(np.linalg.norm(along[3:]))
     if turn < 0.5:
-        kind, axis, pitch = SLIDE, along[:3], 0.0
+        kind, axis, pitch = Joint.slide, along[:3], 0.0
     else:
         axis = along[3:] / turn
         pitch = float(along[:3] @ axis)
-        kind = HELIX if pitch else ANGLE
+        kind = Joint.helix if pitch else Joint.angle
     return [
         _Part(
             kind, axis, pin.SE3.Identity(), leader.idx_q, leader.idx_v, pitch,

@@ -9,10 +9,24 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..._core import Feature, StateRows, add_blow, add_kick
+from ..._core import (
+    Ball,
+    BallAgainst,
+    Blow,
+    Carrier,
+    ContactKind,
+    Feature,
+    Held,
+    HeldKind,
+    Inputs,
+    Pair,
+    StateRows,
+    Term,
+)
+from ..._core import Contact as CoreContact
 from ..._core import Scene as CoreScene
+from ..._core import Site as CoreSite
 from ...errors import InputError
-from ...geometry.axes import place_numbers
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
 from ...scene import (
     AppliedImpulse,
@@ -34,11 +48,10 @@ __all__ = [
     "FlatScene",
     "Flattening",
     "check_directions",
+    "core_site",
     "flat_of",
     "flat_scene",
 ]
-
-CARRIERS = ("world", "first", "other", "line")
 
 # Joints and frames of the two bodies of a contact, first the one that receives the impulse.
 # A contact, and the name of a point of its bodies.
@@ -77,7 +90,7 @@ class FlatScene:
     order: list[int]
 
     def given(self, q: np.ndarray) -> dict[str, Any]:
-        """Return the values of users' functions at q, as ``core.rows`` takes them."""
+        """Return the values of users' functions at q, by the names of the core's inputs."""
         given: dict[str, Any] = {}
         if self.functions:
             blocks = [rows.matrix_at(q) for rows in self.functions]
@@ -115,7 +128,10 @@ class FlatScene:
         Raises:
             InputError: a line between points that coincide, an axis of friction along a normal.
         """
-        found = self.core.rows(q, v, jacobian, **self.given(q), only=only)
+        given: dict[str, Any] = self.given(q)
+        if only is not None:
+            given["only"] = only
+        found = self.core.rows(q, v, jacobian, Inputs(**given) if given else None)
         check_directions(found)
         return found
 
@@ -184,7 +200,8 @@ class Flattening:
             first = len(numbers)
             if isinstance(entry, AppliedImpulse):
                 site = Site.of(self._robot, entry.frame, entry.at)
-                add_blow(self._core, self._site(site), entry.axes == "local")
+                blow = Blow(site=self._site(site), is_local=entry.axes == "local")
+                self._core.add_blow(blow)
                 numbers += entry.values
                 blows += range(first, len(numbers))
             else:
@@ -192,12 +209,12 @@ class Flattening:
                 kicks += range(first, len(numbers))
                 joint = self._robot.model.joints[self._robot.joint_id(entry.joint)]
                 for v in range(joint.idx_v, joint.idx_v + joint.nv):
-                    add_kick(self._core, v)
+                    self._core.add_kick(v)
         order = blows + kicks
         return np.array([numbers[i] for i in order], dtype=float), order
 
-    def _site(self, site: Site) -> tuple[int, np.ndarray]:
-        return self._model.bodies[site.joint_id], place_numbers(site.placement)
+    def _site(self, site: Site) -> CoreSite:
+        return core_site(self._model.bodies[site.joint_id], site.placement)
 
     def _hold(self) -> tuple[tuple[str, ...], tuple[slice, ...], tuple[int, ...]]:
         scene = scene_at(self._scene, 0.0)
@@ -227,22 +244,22 @@ class Flattening:
         """Bring a constraint over; of each row the one speed that it prescribes, or −1."""
         count = len(said.labels)
         if isinstance(said, FramePair):
-            first, other, coincides, carrier, axes = self._pair(said)
-            self._core.add_pair(first, other, coincides, carrier, axes, list(said.select))
+            held = Held(kind=HeldKind.pair, frames=self._pair(said))
+            self._core.add_held(held, list(said.select))
         elif isinstance(said, FunctionRows):
-            self._core.add_function_rows(count)
+            self._core.add_held(Held(kind=HeldKind.functions, count=count))
             self._functions.append(said)
         else:
             idx_vs = self._robot.model.idx_vs
             terms = [
-                (row, idx_vs[joint] + degree, factor)
+                Term(row=row, v=idx_vs[joint] + degree, factor=factor)
                 for row, parts in enumerate(said.terms)
                 for joint, degree, factor in parts
             ]
             stop = self._own_stop(said) if is_control else -1
-            self._core.add_speed_rows(count, terms, stop)
+            self._core.add_held(Held(kind=HeldKind.speeds, count=count, terms=terms, stop=stop))
             if said.whole_joint:
-                return [v for _, v, _ in terms]
+                return [term.v for term in terms]
         return [-1] * count
 
     def _own_stop(self, said: JointRows) -> int:
@@ -255,11 +272,14 @@ class Flattening:
         ]
         return stops[0] if stops else -1
 
-    def _pair(self, said: FramePair) -> tuple[Any, ...]:
-        return (
-            self._site(said.first), self._site(said.other), said.coincides,
-            CARRIERS.index(said.carrier), np.ascontiguousarray(said.axes),
-        )  # fmt: skip
+    def _pair(self, said: FramePair) -> Pair:
+        return Pair(
+            first=self._site(said.first),
+            other=self._site(said.other),
+            coincides=said.coincides,
+            carrier=Carrier[said.carrier],
+            axes=np.ascontiguousarray(said.axes),
+        )
 
     def _touch_all(self) -> None:
         for index, entry in enumerate(self._scene.contacts):
@@ -269,10 +289,12 @@ class Flattening:
         core, robot = self._core, self._robot
         if isinstance(entry, JointStop):
             joint = robot.model.joints[robot.joint_id(entry.joint)]
-            core.add_stop(joint.idx_q, joint.idx_v, *entry.limits(robot))
+            lower, upper = entry.limits(robot)
+            stop = {"q": joint.idx_q, "v": joint.idx_v, "lower": lower, "upper": upper}
+            core.add_contact(CoreContact(kind=ContactKind.stop, **stop))
             return NO_ENDS
         if isinstance(entry, GapContact):
-            core.add_function_contact()
+            core.add_contact(CoreContact(kind=ContactKind.functions))
             self._contact_functions.append(FunctionRows(robot, entry))
             return NO_ENDS
         if isinstance(entry, Collision):
@@ -280,20 +302,21 @@ class Flattening:
         said = rows_of_entry(robot, entry)
         if not isinstance(said, FramePair):
             raise TypeError(type(entry).__name__)
-        first, other, _, carrier, axes = self._pair(said)
+        contact = CoreContact(frames=self._pair(said))
         if isinstance(entry, Rope):
-            core.add_rope(first, other, axes, entry.length)
+            contact.kind, contact.limit = ContactKind.rope, entry.length
         else:
-            core.add_point_contact(first, other, carrier, axes, turns(entry))
-            self._rub(entry, robot.model.frames[robot.frame_id(entry.against)])
+            contact.turns = turns(entry)
+            self._rub(entry, robot.model.frames[robot.frame_id(entry.against)], contact)
+        core.add_contact(contact)
         ends = said.first, said.other
         return (ends[0].joint_id, ends[1].joint_id), (ends[0].frame_id, ends[1].frame_id)
 
-    def _rub(self, entry: Contact | Collision, touched: Any) -> None:
+    def _rub(self, entry: Contact | Collision, touched: Any, contact: CoreContact) -> None:
         """Bring over the axes of friction by direction, in the frame that is touched."""
         if isinstance(entry.friction, EllipticFriction):
-            body = self._model.bodies[touched.parentJoint]
-            self._core.set_ellipse(body, touched.placement.rotation.dot(entry.friction.along))
+            contact.ellipse_body = self._model.bodies[touched.parentJoint]
+            contact.along = touched.placement.rotation.dot(entry.friction.along)
 
     def _add_body_contact(self, entry: Collision, index: int) -> Ends:
         from ...robot.geometry import geometry_ids
@@ -304,23 +327,31 @@ class Flattening:
         pieces, bodies = [objects[own[0]] for own in ids], bodies_of(robot, entry)
         both = bodies.first, bodies.other
         ball = _ball_of(pieces) if len(ids[0]) == len(ids[1]) == 1 else None
+        contact = CoreContact(limit=bodies.margin, turns=turns(entry))
         if ball is None:
-            one, two = ((self._model.bodies[body.joint_id], np.eye(4, 3).ravel()) for body in both)
-            shapes = [body.shapes for body in both]
-            self._core.add_body_contact(one, two, bodies.margin, turns(entry), None, *shapes)
+            sites = [CoreSite(body=self._model.bodies[body.joint_id]) for body in both]
+            contact.kind = ContactKind.shapes
+            contact.first, contact.other = (body.shapes for body in both)
             self._shaped.append(index)
         else:
-            one, two = (
-                (self._model.bodies[piece.parentJoint], place_numbers(piece.placement))
-                for piece in (pieces if ball[3] > 0.0 else pieces[::-1])
-            )
-            self._core.add_body_contact(one, two, bodies.margin, turns(entry), ball, [], [])
-        self._rub(entry, robot.model.frames[both[1].frame_id])
+            sites = [
+                core_site(self._model.bodies[piece.parentJoint], piece.placement)
+                for piece in (pieces if ball.sign > 0.0 else pieces[::-1])
+            ]
+            contact.kind, contact.shape = ContactKind.ball, ball
+        contact.frames = Pair(first=sites[0], other=sites[1])
+        self._rub(entry, robot.model.frames[both[1].frame_id], contact)
+        self._core.add_contact(contact)
         return (both[0].joint_id, both[1].joint_id), (both[0].frame_id, both[1].frame_id)
 
 
-def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | None:
-    """Kind and size of what a ball may touch, the ball's radius, and 1 if it is the first."""
+def core_site(body: int, placement: pin.SE3) -> CoreSite:
+    """A frame at a placement in the joint of a body of the core."""
+    return CoreSite(body=body, point=placement.translation, axes=np.array(placement.rotation))
+
+
+def _ball_of(pieces: Sequence[Any]) -> Ball | None:
+    """A ball and what it may touch, if one of two pieces is one."""
     import coal
 
     sign = 1.0 if isinstance(pieces[0].geometry, coal.Sphere) else -1.0
@@ -329,15 +360,15 @@ def _ball_of(pieces: Sequence[Any]) -> tuple[int, float, np.ndarray, float] | No
     if not isinstance(ball.geometry, coal.Sphere):
         return None
     if isinstance(shape, coal.Sphere):
-        kind, size = 0, (shape.radius, 0.0, 0.0)
+        kind, size = BallAgainst.ball, (shape.radius, 0.0, 0.0)
     elif isinstance(shape, coal.Box):
-        kind, size = 1, tuple(shape.halfSide)
+        kind, size = BallAgainst.box, tuple(shape.halfSide)
     elif isinstance(shape, coal.Cylinder):
-        kind, size = 2, (shape.radius, shape.halfLength, 0.0)
+        kind, size = BallAgainst.cylinder, (shape.radius, shape.halfLength, 0.0)
     elif isinstance(shape, coal.Capsule):
-        kind, size = 3, (shape.radius, shape.halfLength, 0.0)
+        kind, size = BallAgainst.capsule, (shape.radius, shape.halfLength, 0.0)
     else:
         return None
     if any(piece.geometry.getSweptSphereRadius() for piece in pieces):
         return None
-    return kind, float(ball.geometry.radius), np.array(size), sign
+    return Ball(kind=kind, radius=float(ball.geometry.radius), size=np.array(size), sign=sign)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._core import Feature
+from ..._core import Feature, FeatureKind
 from ...impact.contact_law import ContactSolution
 from ...impact.outcome import Outcome, Touch
 from ...impact.result import Impact
@@ -75,7 +75,16 @@ def packed_impacts(
 
 
 def _named(feature: Feature | None) -> dict[str, Any]:
-    return {} if feature is None else {"feature": [feature.whole, feature.fixed]}
+    if feature is None:
+        return {}
+    fixed = feature.fixed.tolist()
+    own = {"kind": feature.kind.name, "piece": feature.piece, "index": feature.index}
+    return {"feature": {**own, "fixed": fixed}}
+
+
+def _feature_of(data: dict[str, Any]) -> Feature:
+    own = {"kind": FeatureKind[data["kind"]], "fixed": np.array(data["fixed"], dtype=float)}
+    return Feature(**{**data, **own})
 
 
 def impacts_of(
@@ -132,7 +141,7 @@ def impacts_of(
                     take(touch["position"], 3),
                     None if touch["gap"] is None else float(touch["gap"]),
                     index(touch["turns"], len(entry["touches"])) if "turns" in touch else -1,
-                    Feature(*touch["feature"]) if "feature" in touch else None,
+                    _feature_of(touch["feature"]) if "feature" in touch else None,
                 )
                 for touch in entry["touches"]
             )
