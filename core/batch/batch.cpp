@@ -8,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "batch/contact_lanes.hpp"
 #include "contact/tolerances.hpp"
 #include "derivatives/derivatives.hpp"
 #include "impact/known_impulses.hpp"
@@ -53,7 +54,8 @@ class Block {
           M_(model_.nv * model_.nv),
           units_(units_of(model_)),
           lane_tree_(model_),
-          derivation_(scene_, *batch.law) {
+          derivation_(scene_, *batch.law),
+          contact_lanes_(scene_, *batch.law) {
         by_articulated_ = scene_.held.empty() && scene_.contacts.empty() && !model_.has_followers &&
                           !model_.has_ellipsoids && batch.is_regular;
         needs_loads_ = batch.out.reactions || batch.out.bodies;
@@ -178,9 +180,14 @@ class Block {
         moments_.assign(3 * rows_.contact_frames.size(), Pack{});
         multipliers_.assign(scene_.rows() + 1, Pack{});
         std::fill(dv_.begin(), dv_.end(), Pack{});
-        for (int k = 0; k < count_; ++k) {
-            if (b_.out.existence) leave_slopes(first_ + k);
-            if (b_.out.codes[first_ + k] == 0) solve_lane(k);
+        for (int k = 0; k < count_ && b_.out.existence; ++k) leave_slopes(first_ + k);
+        if (!solve_side_by_side())
+            for (int k = 0; k < count_; ++k)
+                if (b_.out.codes[first_ + k] == 0) solve_lane(k);
+        const int nv = model_.nv;
+        for (int i = 0; i < nv && (b_.out.generalized_impulse || b_.out.energy_change); ++i) {
+            impulse_[i] = Pack{};
+            for (int j = 0; j < nv; ++j) impulse_[i] += M_[i * nv + j] * dv_[j];
         }
     }
 
@@ -274,15 +281,47 @@ class Block {
         return given;
     }
 
-    void solve_lane(int k) {
-        const int nv = model_.nv, row = first_ + k;
-        std::int8_t& code = b_.out.codes[row];
-        rows_.extract(tree_, k, lane_);
-        if (lane_.without_line >= 0 || lane_.without_ellipse >= 0) {
-            code = code_of(Status::refused);
-            return;
+    // Solve all lanes at once. False where bilateral rows or a mass matrix that may be singular are
+    // decided on one by one, or where matrices are large.
+    bool solve_side_by_side() {
+        if (!scene_.held.empty() || !b_.is_regular) return false;
+        for (int k = 0; k < kLanes; ++k) {
+            lanes_[k].is_given = k < count_ && b_.out.codes[first_ + k] == 0;
+            lanes_[k].restitution = b_.in.restitution.row(row_of(k));
+            lanes_[k].friction = b_.in.friction.row(row_of(k));
         }
-        if (b_.out.gaps) write_gaps(row);
+        if (!contact_lanes_.choose(tree_, rows_, lanes_)) return false;
+        jumps_.resize(model_.nv);
+        contact_lanes_.solve(M_.data(), v_.data(), given_.empty() ? nullptr : impulse_.data(),
+                             lanes_, jumps_.data());
+        for (int k = 0; k < count_; ++k)
+            if (lanes_[k].is_given) keep_lane(k);
+        return true;
+    }
+
+    void keep_lane(int k) {
+        ContactLanes::Lane& lane = lanes_[k];
+        std::int8_t& code = b_.out.codes[first_ + k];
+        code = code_of(lane.status);
+        std::swap(lane_, lane.rows);
+        if (lane_.without_line < 0 && lane_.without_ellipse < 0 && b_.out.gaps)
+            write_gaps(first_ + k);
+        if (lane.status == Status::refused || lane.status == Status::singular_mass) return;
+        solution_ = ImpactSolution();
+        solution_.before = contact_lanes_.before(k);
+        solution_.contact = std::move(lane.contact);
+        solution_.dv.resize(model_.nv);
+        for (int i = 0; i < model_.nv; ++i) solution_.dv[i] = jumps_[i][k];
+        if (b_.out.existence) {
+            rows_.extract(tree_, k, lane_);
+            differentiate(k, first_ + k, problem_of_lane(k));
+        }
+        keep(k);
+    }
+
+    // The problem of one lane, whose rows have been extracted.
+    ImpactProblem problem_of_lane(int k) {
+        const int nv = model_.nv, row = first_ + k;
         numbers_.resize(nv * nv + 2 * nv);
         double *M = numbers_.data(), *v = M + nv * nv, *blow = v + nv;
         for (int i = 0; i < nv * nv; ++i) M[i] = get(M_[i], k);
@@ -291,25 +330,32 @@ class Block {
         p.M = M;
         p.v = v;
         if (!given_.empty()) p.impulse = blow;
-        coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), p);
+        coefficients_.set(*b_.law, lane_, b_.in.restitution.row(row), b_.in.friction.row(row), v,
+                          p.contact);
+        return p;
+    }
+
+    void solve_lane(int k) {
+        const int row = first_ + k;
+        std::int8_t& code = b_.out.codes[row];
+        rows_.extract(tree_, k, lane_);
+        if (lane_.without_line >= 0 || lane_.without_ellipse >= 0) {
+            code = code_of(Status::refused);
+            return;
+        }
+        if (b_.out.gaps) write_gaps(row);
+        const ImpactProblem p = problem_of_lane(k);
         solve_impact(p, solution_);
         code = code_of(status_of(solution_));
         if (b_.out.existence) differentiate(k, row, p);
         if (solution_.failure != ImpactSolution::Failure::none) return;
-        keep(k, M);
+        keep(k);
     }
 
     // Bring what was found back into the lane, and out.
-    void keep(int k, const double* M) {
-        const int nv = model_.nv;
+    void keep(int k) {
         const ImpactSolution& s = solution_;
-        for (int i = 0; i < nv; ++i) dv_[i][k] = s.dv[i];
-        if (b_.out.generalized_impulse || b_.out.energy_change)
-            for (int i = 0; i < nv; ++i) {
-                double sum = 0.0;
-                for (int j = 0; j < nv; ++j) sum += M[i * nv + j] * s.dv[j];
-                impulse_[i][k] = sum;
-            }
+        for (int i = 0; i < model_.nv; ++i) dv_[i][k] = s.dv[i];
         for (std::size_t i = 0; i < s.multipliers.size(); ++i)
             multipliers_[i][k] = s.multipliers[i];
         const std::size_t points = lane_.points.size();
@@ -431,6 +477,9 @@ class Block {
     std::vector<int> loaded_;
     Tree<double> lane_tree_;
     Derivation derivation_;
+    ContactLanes contact_lanes_;
+    ContactLanes::Lane lanes_[kLanes];
+    std::vector<Pack> jumps_;
     std::vector<FramePairState<double>> pairs_;
     std::vector<int> entries_;
     std::vector<double> weights_, slopes_;

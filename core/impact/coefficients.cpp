@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "linalg/dense.hpp"
+
 namespace impulsekit {
 
 double BySpeed::at(double speed) const {
@@ -19,7 +21,7 @@ ContactLaw::ContactLaw(const Law& own, std::vector<ContactCoefficients> coeffici
 }
 
 void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const double* e,
-                            const double* mu, ImpactProblem& p) {
+                            const double* mu, const double* v, ContactProblem& c) {
     const std::size_t n = rows.points.size(), turning = rows.turning_of.size();
     numbers_.resize(5 * n + 2 * turning);
     double *restitution = numbers_.data(), *friction = restitution + n, *tangential = friction + n,
@@ -31,11 +33,14 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
         const ContactCoefficients& own = law.contacts[point.entry];
         if (e) {
             restitution[i] = e[point.entry];
+        } else if (own.restitution.is_constant()) {
+            restitution[i] = own.restitution.value;
         } else {
-            double approach = 0.0;
-            const double* normal = p.J + (3 * i + 2) * p.nv;
-            for (int j = 0; j < p.nv; ++j) approach -= normal[j] * p.v[j];
-            restitution[i] = own.restitution.at(std::max(approach, 0.0));
+            const std::size_t normal = 3 * i + 2, nv = rows.J.size() / (3 * (n + turning));
+            const double speed = c.before
+                                     ? c.before[normal]
+                                     : dot(rows.J.data() + normal * nv, v, static_cast<int>(nv));
+            restitution[i] = own.restitution.at(std::max(-speed, 0.0));
         }
         friction[i] = mu ? mu[point.entry] : own.friction;
         tangential[i] = own.tangential;
@@ -51,7 +56,6 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
         rolling[i] = own.rolling;
         torsion[i] = own.torsion;
     }
-    ContactProblem& c = p.contact;
     c.contacts = static_cast<int>(n);
     c.turning = static_cast<int>(turning);
     c.restitution = restitution;

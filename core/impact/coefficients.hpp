@@ -17,6 +17,7 @@ struct BySpeed {
     std::function<double(double)> function, slope;  // its derivative, if it is known
 
     double at(double speed) const;
+    bool is_constant() const { return !function && table.empty() && capture == 0.0; }
 };
 
 // The coefficients of one contact of a scene.
@@ -39,10 +40,11 @@ struct ContactLaw {
 // Coefficients of the points of one state, as a contact problem takes them.
 class PointCoefficients {
   public:
-    // Those of `rows`, for `problem` with v⁻ and J of them. `restitution`, `friction`: of each
-    // contact of the scene in place of the law's own; null where these hold.
+    // Those of `rows` for their problem, with its velocities before or with J and v⁻ (nv).
+    // `restitution`, `friction`: of each contact of the scene in place of the law's own; null where
+    // these hold.
     void set(const ContactLaw& law, const StateRows& rows, const double* restitution,
-             const double* friction, ImpactProblem& problem);
+             const double* friction, const double* v, ContactProblem& problem);
 
   private:
     std::vector<double> numbers_;

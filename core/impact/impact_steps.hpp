@@ -22,13 +22,14 @@ class ImpactSteps {
     static constexpr int kRefinements = 3;
 
     const int nv, rows;
-    const S *v, *J;      // (nv), (rows, nv)
-    S *M, *before;       // (nv, nv) all of it; (rows) J v⁻
-    const S* impulse;    // (nv) I of the known impulses; null for none
-    S* right;            // (nv) I, and what fills up a singular M
-    S *blow, *start;     // (nv) half-solved, and with what bilateral rows add to it
-    S *half, *free, *W;  // (rows, nv) half-solved J; (rows); (rows, rows)
-    S *P, *after, *dv;   // (rows), (rows), (nv)
+    const S *v, *J;         // (nv), (rows, nv)
+    S *M, *before;          // (nv, nv) all of it; (rows) J v⁻
+    const S* impulse;       // (nv) I of the known impulses; null for none
+    S* right;               // (nv) I, and what fills up a singular M
+    S *blow, *start;        // (nv) half-solved, and with what bilateral rows add to it
+    S *half, *free, *W;     // (rows, nv) half-solved J; (rows); (rows, rows)
+    S *P, *after, *in_use;  // (rows); 0 in lanes in which a row does not act, else 1
+    S* dv;                  // (rows), (rows), (nv)
 
     ImpactSteps(const S* given_M, int size, const S* given_v, const S* given_impulse,
                 const S* given_J, int count)
@@ -47,11 +48,13 @@ class ImpactSteps {
           W(take(rows * rows)),
           P(take(rows)),
           after(take(rows)),
+          in_use(take(rows)),
           dv(take(nv)) {
         for (int i = 0; i < nv; ++i)
             for (int j = 0; j <= i; ++j) M[i * nv + j] = M[j * nv + i] = given_M[i * nv + j];
         for (int r = 0; r < rows; ++r) before[r] = dot(J + r * nv, v, nv);
         if (impulse) std::copy(impulse, impulse + nv, right);
+        std::fill(in_use, in_use + rows, number<S>(1.0));
     }
 
     // Trees that nothing touches stay as they are, whatever their inertia. `A`: (m, nv) further
@@ -125,8 +128,8 @@ class ImpactSteps {
             S off{}, size{};
             for (int r = 0; r < rows; ++r) {
                 made[r] = before[r] + dot(J + r * nv, dv, nv);
-                off = larger(off, magnitude(made[r] - after[r]));
-                size = larger(size, larger(magnitude(made[r]), magnitude(before[r])));
+                off = larger(off, in_use[r] * magnitude(made[r] - after[r]));
+                size = larger(size, in_use[r] * larger(magnitude(made[r]), magnitude(before[r])));
             }
             bool lost[lanes], is_lost = false;
             for (int k = 0; k < lanes; ++k) {
@@ -213,10 +216,10 @@ class ImpactSteps {
         S off{}, terms{};
         for (int r = 0; r < count; ++r) {
             const S* row = J + r * nv;
-            off = larger(off, magnitude(before[r] + dot(row, dv, nv) - after[r]));
+            off = larger(off, in_use[r] * magnitude(before[r] + dot(row, dv, nv) - after[r]));
             S own = terms_of(row, speeds);
             if (impulse) own += magnitude(dot(half + r * nv, blow, nv));
-            terms = larger(terms, own);
+            terms = larger(terms, in_use[r] * own);
         }
         return ratio_of(off, terms);
     }

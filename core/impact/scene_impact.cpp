@@ -28,7 +28,7 @@ ImpactProblem problem_of(const Scene& scene, const ContactLaw& law, const SceneI
     p.M = impact.M.data();
     p.v = impact.v.data();
     if (!impact.numbers.empty()) p.impulse = impact.impulse.data();
-    coefficients.set(law, impact.rows, nullptr, nullptr, p);
+    coefficients.set(law, impact.rows, nullptr, nullptr, p.v, p.contact);
     return p;
 }
 

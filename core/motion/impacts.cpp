@@ -111,7 +111,7 @@ Status Motion::solve(const std::vector<RestingContact>& points, const double* v,
     ImpactProblem p = problem_of(scene, rows, scene_->law.law);
     p.M = M.data();
     p.v = v;
-    coefficients_.set(scene_->law, rows, soft ? none.data() : nullptr, nullptr, p);
+    coefficients_.set(scene_->law, rows, soft ? none.data() : nullptr, nullptr, p.v, p.contact);
     solve_impact(p, solution_);
     for (int i = 0; i < nv(); ++i) after[i] = v[i] + solution_.dv[i];
     return status_of(solution_);

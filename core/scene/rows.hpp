@@ -51,11 +51,25 @@ class Rows {
         add_constraints(tree, v, given);
     }
 
-    // The rows of one lane.
-    void extract(const Tree<S>& tree, int k, StateRows& to) const {
+    // The points of one lane, without rows.
+    void extract_points(const Tree<S>& tree, int k, StateRows& to) const {
         to.points.clear();
         to.turning_of.clear();
         to.contact_frame_of.clear();
+        to.without_line = has_line[k] ? -1 : 0;
+        to.without_ellipse = -1;
+        for (std::size_t i = 0; i < contact_frames.size(); ++i) {
+            if (!contact_frames[i].closed[k]) continue;
+            if (scene.contacts[contact_frames[i].entry].turns)
+                to.turning_of.push_back(static_cast<int>(to.points.size()));
+            to.contact_frame_of.push_back(static_cast<int>(i));
+            to.points.push_back(point_of(tree, contact_frames[i], k, to));
+        }
+    }
+
+    // The rows of one lane.
+    void extract(const Tree<S>& tree, int k, StateRows& to) const {
+        extract_points(tree, k, to);
         to.A.resize(A.size());
         to.target.resize(target.size());
         to.wider.resize(wider.size());
@@ -68,15 +82,6 @@ class Rows {
         for (const Held& held : scene.held)
             if (held.stop >= 0 && to.A[held.row * nv() + held.terms[0].v] == 0.0)
                 to.yielded.push_back(held.row);
-        to.without_line = has_line[k] ? -1 : 0;
-        to.without_ellipse = -1;
-        for (std::size_t i = 0; i < contact_frames.size(); ++i) {
-            if (!contact_frames[i].closed[k]) continue;
-            if (scene.contacts[contact_frames[i].entry].turns)
-                to.turning_of.push_back(static_cast<int>(to.points.size()));
-            to.contact_frame_of.push_back(static_cast<int>(i));
-            to.points.push_back(point_of(tree, contact_frames[i], k, to));
-        }
         const std::size_t block = 3 * nv();
         to.J.resize((to.points.size() + to.turning_of.size()) * block);
         double* next = to.J.data();
