@@ -1,11 +1,9 @@
 #include "batch/problems.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
-#include <mutex>
 #include <stdexcept>
-#include <thread>
+
+#include "linalg/parallel.hpp"
 
 namespace impulsekit {
 namespace {
@@ -36,23 +34,8 @@ ContactProblemSolutions solve_problems(const ContactProblems& given, const Law& 
     ContactProblemSolutions found{std::vector<double>(rows), std::vector<double>(rows),
                                   std::vector<double>(given.count),
                                   std::vector<std::int8_t>(given.count)};
-    std::atomic<std::size_t> next{0};
-    std::mutex lock;
-    std::exception_ptr error;
-    const auto work = [&] {
-        try {
-            for (std::size_t i; (i = next++) < given.count;) solve(given, law, i, found);
-        } catch (...) {
-            const std::lock_guard<std::mutex> guard(lock);
-            if (!error) error = std::current_exception();
-            next = given.count;
-        }
-    };
-    std::vector<std::thread> others;
-    for (int i = 1; i < threads; ++i) others.emplace_back(work);
-    work();
-    for (std::thread& other : others) other.join();
-    if (error) std::rethrow_exception(error);
+    run_parallel(given.count, threads,
+                 [&] { return [&](std::size_t i) { solve(given, law, i, found); }; });
     return found;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "bind/fields.hpp"
+#include "contact/outcomes.hpp"
 #include "contact/uniqueness.hpp"
 #include "impact/coefficients.hpp"
 
@@ -167,4 +168,24 @@ void bind_laws(nb::module_& module) {
         },
         nb::arg("W"), nb::arg("before"), nb::arg("free"), nb::arg("contacts"), nb::arg("law"),
         nb::arg("impulse"), "Return the impulses of other answers, where that can be known.");
+    using O = Outcomes;
+    Result<O>(module, "Outcomes", "Outcomes one after the other: samples, then extremes.")
+        .part("impulses", &O::impulses)
+        .part("works", &O::works)
+        .part("states", &O::states);
+    module.def(
+        "find_outcomes",
+        [](const Array& W, const Array& free, const GivenContacts& contacts, int samples,
+           const Array& directions, int tries, std::uint64_t seed, int threads) {
+            const ContactProblem problem = posed(contacts, W, free, free);
+            const std::size_t r = problem.rows();
+            if (samples < 1 || r == 0 || directions.size() % r != 0)
+                throw nb::value_error("samples, directions: expected samples, and rows of them");
+            const int count = static_cast<int>(directions.size() / r);
+            const nb::gil_scoped_release release;
+            return find_outcomes(problem, samples, directions.data(), count, tries, seed, threads);
+        },
+        nb::arg("W"), nb::arg("free"), nb::arg("contacts"), nb::arg("samples"),
+        nb::arg("directions"), nb::arg("tries"), nb::arg("seed"), nb::arg("threads"),
+        "Return outcomes in any order and shares: samples, then the extreme of each direction.");
 }

@@ -155,6 +155,18 @@ class Path {
         return impact;
     }
 
+    // The impulse (3) of a normal impulse that is given. No phase ends by u_n.
+    void push(double normal, double* impulse) {
+        compressing_ = false;
+        pressed_ = normal;
+        un_ = INFINITY;
+        bool over = false, wedged = false;
+        for (int k = 0; k < kSegments && !over && !wedged; ++k) segment(over, wedged);
+        impulse[0] = value_of(p1_);
+        impulse[1] = value_of(p2_);
+        impulse[2] = value_of(p_);
+    }
+
     // The impulse with its derivatives, its edges, and whether friction draws it in.
     void derive(double before, PathDerivative& found) {
         const double slip = length(u1_, u2_);
@@ -598,6 +610,13 @@ PathImpact follow_path(const double* W, double before, const double* free, doubl
     impact.normal_work /= unit * unit;
     impact.friction_work /= unit * unit;
     return impact;
+}
+
+void push_along_path(const double* W, const double* start, double normal, double mu,
+                     double* impulse) {
+    mu = mu > tolerance::negligible ? mu : 0.0;
+    const double scale = std::max({W[8] * normal, std::abs(start[0]), std::abs(start[1])});
+    Path<double>(W, 0.0, start, 0.0, mu, Restitution::poisson, scale).push(normal, impulse);
 }
 
 PathDerivative derive_path(const double* W, double before, const double* free, double e, double mu,

@@ -22,6 +22,11 @@ struct PathImpact {
 PathImpact follow_path(const double* W, double before, const double* free, double e, double mu,
                        Restitution restitution);
 
+// Impulse (3) of a contact that receives the normal impulse `normal` whatever its u_n becomes, from
+// the velocity (3) `start`.
+void push_along_path(const double* W, const double* start, double normal, double mu,
+                     double* impulse);
+
 // W_t1t1, W_t1t2, W_t2t2, W_t1n, W_t2n, W_nn; the velocity at the start; u_n⁻, e and µ.
 inline constexpr int kPathParameters = 12;
 

@@ -20,6 +20,7 @@ from .touched import TouchedAnswer
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from .all_outcomes import Outcomes
     from .energy import Energy
     from .joint_loads import JointLoad
     from .residuals import Residuals
@@ -161,6 +162,15 @@ class Impact(TouchedAnswer):
         from .uniqueness import uniqueness_of
 
         return uniqueness_of(self)
+
+    def outcomes(self, samples: int = 4096, seed: int = 0) -> Outcomes:
+        """Return the v⁺ that contacts may leave when they compress in any order and shares.
+
+        Args, Raises: as ``impulsekit.outcomes``.
+        """
+        from .all_outcomes import outcomes_of
+
+        return outcomes_of(self, samples, seed)
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:

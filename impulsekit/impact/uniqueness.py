@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .answer import Answer
     from .contact_law import ContactProblem
 
-__all__ = ["Uniqueness", "uniqueness_of"]
+__all__ = ["Uniqueness", "problem_of", "uniqueness_of"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,7 +74,7 @@ def uniqueness_of(impact: Answer) -> Uniqueness:
 
     jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
     moved, _, delassus = impact.mechanics.responses(jacobian)
-    problem = _problem_of(impact, jacobian, delassus)
+    problem = problem_of(impact, jacobian, delassus)
     if problem.adhesion is not None:
         # What adheres is pulled first, and then pushed by P + A.
         pull = np.zeros(len(solution.impulse))
@@ -92,7 +92,7 @@ def uniqueness_of(impact: Answer) -> Uniqueness:
     return Uniqueness(found.verdict, found.reason, tuple(others), found.rule)
 
 
-def _problem_of(impact: Answer, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
+def problem_of(impact: Answer, jacobian: np.ndarray, delassus: np.ndarray) -> ContactProblem:
     """The contact problem of an impact, from the rows that it keeps."""
     from .contact_law import ContactProblem
 
