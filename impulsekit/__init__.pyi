@@ -19,10 +19,10 @@ from .compliance import force_history as force_history
 from .compliance import transient_contact as transient_contact
 from .impact import Impact as Impact
 from .impact import solve as solve
-from .impact.all_outcomes import outcomes as outcomes
 from .impact.contact_problem import contact_problem as contact_problem
 from .impact.derivatives import derivatives as derivatives
 from .impact.saltation import saltation as saltation
+from .impact.solve_outcomes import outcomes as outcomes
 from .impact.status import Status as Status
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory

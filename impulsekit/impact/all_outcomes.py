@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,25 +13,25 @@ import numpy as np
 from .._core import find_outcomes
 from ..errors import InputError, RangeError, ShapeError
 from ..errors.calls import public
-from ..formatting import OneLine, decimals, one_line, table
+from ..formatting import OneLine, one_line
 from ..named import ByName
 from ..robot.arrays import lock, read_only
 from ..scene.law import Law
 from ..scene.numbers import whole
-from .solver import solve
+from .contact_law import find_others, solve_contacts
+from .joint_loads import joint_loads
+from .reactions import joint_reactions
 from .status import Status
 from .uniqueness import problem_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-    from ..scene import Scene
     from .contact_law import ContactProblem, ContactSolution
     from .outcome import Outcome
-    from .result import Impact
+    from .touched import TouchedAnswer
 
-__all__ = ["LAWS", "Outcomes", "outcomes"]
+__all__ = ["LAWS", "Outcomes", "outcomes_of"]
 
 # Laws whose answers are shown among the outcomes, if they accept the contacts.
 LAWS = {
@@ -107,7 +106,7 @@ class Outcomes(OneLine):
         True
     """
 
-    impact: Impact
+    impact: TouchedAnswer
     impulses: np.ndarray
     velocities_after: np.ndarray
     energy: np.ndarray
@@ -186,7 +185,7 @@ class Outcomes(OneLine):
         from scipy.optimize import nnls
 
         goal = self._weights(v_after, "v_after")
-        root = np.linalg.cholesky(self.impact.mass_matrix)
+        root = np.linalg.cholesky(self.impact.mechanics.mass_matrix)
         near = (np.vstack([self.velocities_after, self.extremes]) - goal) @ root
         scale = max(float(np.abs(near).max()), np.finfo(float).tiny)
         for _ in range(MOST_CLIMBS):
@@ -220,7 +219,7 @@ class Outcomes(OneLine):
         lock(*found.values())
         return ByName(found, "joint")
 
-    def impact_with(self, impulses: ArrayLike) -> Impact:
+    def impact_with(self, impulses: ArrayLike) -> TouchedAnswer:
         """Return the ``Impact`` with other contact impulses (r,), as a row of ``impulses``."""
         impact, own = self.impact, self._space
         P = np.array(impulses, dtype=float)
@@ -238,45 +237,6 @@ class Outcomes(OneLine):
         return type(impact)(
             impact.scene, np.array(impact.q), np.array(impact.v_before), dv, outcome
         )
-
-    def report(self) -> str:
-        """Return what is open, as text: v⁺ and joint loads as intervals, and the laws' answers."""
-        from ..view.forms import speeds_of
-
-        lines = [
-            f"{self.impact.scene.robot.name}: {len(self)} outcomes of any order and shares, "
-            f"{self.jammed} jammed and {self.gained} with a gain of energy left out",
-            "intervals are inner bounds: outcomes reach them, and may reach further", "",
-        ]  # fmt: skip
-        speeds = speeds_of(self.impact.scene.robot, self.impact.q)
-        size = float(np.abs(self.bounds).max())
-        rows = [
-            [f"{speed.title} [{speed.unit}]", *(decimals(v[i], size) for v in shown)]
-            for shown in [[*self.bounds, *self.laws.values()]]
-            for i, speed in enumerate(speeds)
-        ]
-        lines += [*table(["v⁺", "least", "largest", *self.laws], rows), ""]
-        most = float(np.abs(self.impulses).max())
-        parts = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
-        loads = [
-            [name, *(f"{decimals(x, most)} to {decimals(y, most)}" for x, y in own.T)]
-            for name, own in self.joint_loads.items()
-        ]
-        return "\n".join([*lines, *table(["joint load [N s, N m s]", *parts], loads)])
-
-    def plot(self, x: int = 0, y: int = 1, ax: Axes | None = None) -> Axes:
-        """Draw two entries of v⁺: the cloud, its hull and the answers of the laws.
-
-        Args:
-            x, y: entries of v. ax: where to draw; a new figure if None.
-
-        Raises:
-            RangeError: an entry that v does not have.
-            MissingExtraError: matplotlib is not installed.
-        """
-        from ..view.plots.outcomes import outcome_cloud
-
-        return outcome_cloud(self, x, y, ax)
 
     def _weights(self, given: ArrayLike, what: str) -> np.ndarray:
         numbers, shape = np.asarray(given, dtype=float), self.impact.v_after.shape
@@ -301,7 +261,8 @@ class Outcomes(OneLine):
         size = self.impulses.shape[1]
 
         def loads(P: np.ndarray) -> dict[str, np.ndarray]:
-            own = self.impact_with(P).joint_loads
+            impact = self.impact_with(P)
+            own = joint_loads(impact, joint_reactions(impact))
             return {name: np.concatenate([each.force, each.moment]) for name, each in own.items()}
 
         start = loads(np.zeros(size))
@@ -325,7 +286,7 @@ def _found(
     return found.impulses.reshape(-1, len(problem.velocity_free)), found.states.astype(int)
 
 
-def outcomes_of(impact: Impact, samples: int = 4096, seed: int = 0) -> Outcomes:
+def outcomes_of(impact: TouchedAnswer, samples: int = 4096, seed: int = 0) -> Outcomes:
     """Return the outcomes of an impact; see ``outcomes``."""
     samples = whole(samples, "samples", 1)
     if whole(seed, "seed", 0) > MOST_SEED:
@@ -341,14 +302,14 @@ def outcomes_of(impact: Impact, samples: int = 4096, seed: int = 0) -> Outcomes:
             "contacts, or their restitution is too large for it"
         )
     after, extremes = space.start + kept @ moved.T, space.start + best @ moved.T
-    energy = 0.5 * np.einsum("si,ij,sj->s", after, impact.mass_matrix, after)
+    energy = 0.5 * np.einsum("si,ij,sj->s", after, impact.mechanics.mass_matrix, after)
     lock(kept, after, extremes, energy, best)
     jammed, gained = (int((own == state).sum()) for state in (2, 1))
-    laws = ByName(_answers(impact), "law")
+    laws = ByName(_answers(space), "law")
     return Outcomes(impact, kept, after, energy, extremes, laws, jammed, gained, seed, best, space)
 
 
-def _space_of(impact: Impact) -> _ContactSpace:
+def _space_of(impact: TouchedAnswer) -> _ContactSpace:
     """The contact problem of an impact, and how its impulses move the robot.
 
     Raises:
@@ -362,7 +323,9 @@ def _space_of(impact: Impact) -> _ContactSpace:
         raise InputError("outcomes: not for contacts that resist rolling or torsion; set them to 0")
     if outcome.contacts.friction is not None:
         raise InputError("outcomes: friction must be a number at every contact")
-    problem = problem_of(impact, impact.jacobian, impact.delassus)
+    jacobian = np.vstack([touch.jacobian for touch in outcome.touches])
+    moved, multipliers, delassus = impact.mechanics.responses(jacobian)
+    problem = problem_of(impact, jacobian, delassus)
     for wrong, what in (
         (problem.adhesion, "adhesion"),
         (problem.tangential_restitution * (problem.friction > 0.0), "tangential restitution"),
@@ -370,60 +333,20 @@ def _space_of(impact: Impact) -> _ContactSpace:
         if wrong is not None and wrong.any():
             name = names[outcome.touches[int(np.flatnonzero(wrong)[0])].entry]
             raise InputError(f'outcomes: "{name}" has {what}, which the process has no place for')
-    moved, multipliers, _ = impact.mechanics.responses(impact.jacobian)
     start = impact.v_after - moved @ outcome.contacts.impulse
     return _ContactSpace(problem, outcome, outcome.contacts, moved, multipliers, start)
 
 
-def _answers(impact: Impact) -> dict[str, np.ndarray]:
+def _answers(space: _ContactSpace) -> dict[str, np.ndarray]:
     found: dict[str, np.ndarray] = {}
     for name, law in LAWS.items():
         try:
-            own = solve_touched(impact, law)
+            own = solve_contacts(space.problem, law)
         except InputError:
             continue
-        if own.is_valid():
-            found[name] = own.v_after
+        impulses = [own.impulse] if own.status.valid else []
         if name == "newton":
-            for k, other in enumerate(own.uniqueness.others):
-                found[f"newton {k + 2}"] = other
+            impulses += find_others(space.problem, law, own).impulses
+        for k, P in enumerate(impulses):
+            found[name if k == 0 else f"{name} {k + 1}"] = read_only(space.start + space.moved @ P)
     return found
-
-
-def solve_touched(impact: Impact, law: Law) -> Impact:
-    """The impact of the same scene under another law."""
-    from .solver import solve_without_warnings
-
-    scene = dataclasses.replace(impact.scene, law=law)
-    return solve_without_warnings(scene, impact.q, impact.v_before)
-
-
-@public
-def outcomes(
-    scene: Scene, q: ArrayLike, v: ArrayLike, *, samples: int = 4096, seed: int = 0
-) -> Outcomes:
-    """Return the v⁺ that the impact may end with when contacts compress in any order and shares.
-
-    Rigid bodies that are hit at several points have no single answer: a law chooses one.
-
-    Args:
-        scene: with contacts. q, v: (nq,), (nv,) the state before.
-        samples: how many processes are followed.
-        seed: sample k depends on it and k alone, not on the number of threads.
-
-    Raises:
-        ShapeError, NotFiniteError, StateError: q or v.
-        RangeError: samples below 1, a seed below 0.
-        InputError: nothing touches; contacts with adhesion, rolling, torsion, tangential
-            restitution, or friction that is no number; a law that the contacts do not accept.
-
-    Example:
-        >>> from impulsekit import Contact, Robot, Scene
-        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
-        >>> floor = Contact("ball", at=[0, 0, -0.1], friction=0.3)
-        >>> scene = Scene(ball, contacts=[floor], gap_bound=1)
-        >>> found = outcomes(scene, ball.neutral(), [1, 0, -2, 0, 0, 0], samples=16)
-        >>> found.bounds[:, 0].round(9).tolist()
-        [0.714285714, 0.714285714]
-    """
-    return outcomes_of(solve(scene, q, v), samples, seed)

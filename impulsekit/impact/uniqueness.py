@@ -108,6 +108,7 @@ def problem_of(impact: Answer, jacobian: np.ndarray, delassus: np.ndarray) -> Co
         for entry, speed, touch in zip(entries, approach, outcome.touches, strict=True)
     ]
     pulls = [getattr(entry, "adhesion", 0.0) for entry in entries]
+    stiffness = [getattr(entry, "stiffness", None) or 0.0 for entry in entries]
     symmetric = 0.5 * (delassus + delassus.T)
     return ContactProblem(
         symmetric,
@@ -116,5 +117,6 @@ def problem_of(impact: Answer, jacobian: np.ndarray, delassus: np.ndarray) -> Co
         np.array(restitution, dtype=float),
         np.array([getattr(entry, "friction", 0.0) for entry in entries]),
         np.array([getattr(entry, "tangential_restitution", 0.0) for entry in entries]),
+        stiffness=np.array(stiffness) if all(stiffness) else None,
         adhesion=np.array(pulls) if any(pulls) else None,
     )

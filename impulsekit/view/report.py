@@ -13,10 +13,11 @@ from ..formatting import ROUNDING, decimals, paper_decimals, table
 from ..scene import AppliedImpulse
 from ..scene.points import report_points
 from .forms import FORMS, IMPULSE_UNITS, speeds_of, turns_of
+from .outcome_report import outcome_blocks
 from .touching import contacts_section, gap_lines
 
 if TYPE_CHECKING:
-    from ..impact import Impact
+    from ..impact import Impact, Outcomes
     from ..scene.points import ReportPoint
 
 # So many links and joints are listed.
@@ -27,7 +28,7 @@ FAINT_LOAD = 1e-9
 
 @public
 def report(
-    impact: Impact,
+    impact: Impact | Outcomes,
     points: Iterable[ReportPoint] = (),
     *,
     rows: int = 12,
@@ -36,8 +37,8 @@ def report(
     """Report an impact in words and tables. Numbers at machine precision are shown as 0.
 
     Args:
-        impact: a solved impact.
-        points: points whose velocity is reported, in world axes.
+        impact: a solved impact; or its ``Outcomes``, for intervals of v⁺ and of joint loads.
+        points: points whose velocity is reported, in world axes; of an impact.
         rows: the largest number of joint speeds shown: those of a floating base, and those with
             the largest jumps.
         form: "text", "markdown" or "json", with the same content; ``Impact.to_dict`` has
@@ -54,11 +55,14 @@ def report(
         >>> print(report(solve(scene, robot.neutral(), robot.velocity())).splitlines()[0])
         panda: 1 impulse, 9 degrees of freedom
     """
-    from ..impact.result import Impact as AnImpact
+    from ..impact import Impact as AnImpact
+    from ..impact import Outcomes as AllOutcomes
 
-    check_kind(impact, AnImpact, "report")
     if form not in FORMS:
         raise RangeError.of("report: form", quoted(form), " or ".join(map(quoted, FORMS)))
+    if isinstance(impact, AllOutcomes):
+        return FORMS[form](outcome_blocks(impact))
+    check_kind(impact, AnImpact, "report")
     return FORMS[form](report_blocks(impact, points, rows=rows))
 
 
