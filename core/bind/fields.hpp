@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -76,6 +78,12 @@ class Record : public nb::class_<T> {
                 for (const auto& [name, value] : fields) nb::setattr(self, name, value);
             },
             nb::sig("def __init__(self, **fields: object) -> None"));
+        this->def("__reduce__", [names = names_](const nb::object& self) {
+            nb::dict fields;
+            for (const std::string& own : *names) fields[own.c_str()] = self.attr(own.c_str());
+            const nb::object partial = nb::module_::import_("functools").attr("partial");
+            return nb::make_tuple(partial(self.type(), **fields), nb::tuple());
+        });
     }
 
     // Several, each after its name.
@@ -87,12 +95,14 @@ class Record : public nb::class_<T> {
     }
     template <typename V>
     Record& field(const char* name, V T::* member) {
+        names_->push_back(name);
         this->def_rw(name, member);
         return *this;
     }
     // So many whole numbers.
     template <std::size_t count>
     Record& field(const char* name, int (T::*member)[count]) {
+        names_->push_back(name);
         this->def_prop_rw(
             name,
             [member](const T& own) { return std::vector<int>(own.*member, own.*member + count); },
@@ -104,6 +114,7 @@ class Record : public nb::class_<T> {
     }
     // An array of any size.
     Record& array(const char* name, std::vector<double> T::* member) {
+        names_->push_back(name);
         this->def_prop_rw(
             name, [member](const T& own) { return array_of(own.*member); },
             [member](T& own, const Array& given) {
@@ -115,6 +126,7 @@ class Record : public nb::class_<T> {
     // An array of so many numbers.
     template <std::size_t count>
     Record& field(const char* name, double (T::*member)[count]) {
+        names_->push_back(name);
         this->def_prop_rw(
             name,
             [member](const T& own) {
@@ -127,6 +139,9 @@ class Record : public nb::class_<T> {
             nb::for_getter(nb::rv_policy::move));
         return *this;
     }
+
+  private:
+    std::shared_ptr<std::vector<std::string>> names_ = std::make_shared<std::vector<std::string>>();
 };
 
 }  // namespace impulsekit

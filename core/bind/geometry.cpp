@@ -141,14 +141,7 @@ void bind_geometry(nanobind::module_& module) {
                              Feature::nearest_part);
     Record<Feature>(module, "Feature", "The name of a point at which two bodies touch.")
         .fields("kind", &Feature::kind, "piece", &Feature::piece, "index", &Feature::index, "fixed",
-                &Feature::fixed)
-        .def("__reduce__", [](const nb::object& f) {
-            nb::dict fields;
-            for (const char* name : {"kind", "piece", "index", "fixed"})
-                fields[name] = f.attr(name);
-            return nb::make_tuple(
-                nb::module_::import_("functools").attr("partial")(f.type(), **fields), nb::tuple());
-        });
+                &Feature::fixed);
     Result<ContactPoint>(module, "ContactPoint", "A point at which two bodies touch.")
         .parts("feature", &ContactPoint::feature, "gap", &ContactPoint::gap)
         .part("point", vector(&ContactPoint::point))

@@ -92,6 +92,12 @@ double clamped(const JointForce& f, const Kinks& kinks, int i, const double* q, 
 
 }  // namespace
 
+bool Forces::are_watched() const {
+    bool any = !timed.empty() || !functions.empty();
+    for (const AppliedForce& own : applied) any = any || own.function;
+    return any;
+}
+
 Kinks::Kinks(const Forces& forces)
     : forces_(&forces),
       side_of_joint_(forces.joints.size(), Side::acts),
@@ -227,19 +233,21 @@ void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, c
         if (is_chosen(ForceEntry::spring, i) && kinks.of_spring(static_cast<int>(i)) == Side::acts)
             pull(forces.springs[i], tree);
     Arena::Scope scope(scratch());
-    double* numbers = scratch().allocate(static_cast<int>(forces.at_start.size()));
-    std::copy(forces.at_start.begin(), forces.at_start.end(), numbers);
-    if (forces.driven) forces.driven(t, q, v, numbers);
-    for (std::size_t i = 0; i < forces.applied.size(); ++i)
-        if (is_chosen(ForceEntry::applied, i)) apply(forces.applied[i], numbers + 6 * i, tree);
-    for (std::size_t i = 0; i < forces.rows.size(); ++i)
-        if (is_chosen(ForceEntry::row, i))
-            torques[forces.rows[i]] += numbers[6 * forces.applied.size() + i];
+    for (std::size_t i = 0; i < forces.applied.size(); ++i) {
+        if (!is_chosen(ForceEntry::applied, i)) continue;
+        const AppliedForce& own = forces.applied[i];
+        double given[6];
+        if (own.function) own.function(t, q, v, given);
+        apply(own, own.function ? given : own.numbers, tree);
+    }
+    for (std::size_t i = 0; i < forces.timed.size(); ++i)
+        if (is_chosen(ForceEntry::timed, i))
+            torques[forces.timed[i].v] += forces.timed[i].table.at(t);
     for (std::size_t i = 0; i < forces.functions.size(); ++i) {
         if (!is_chosen(ForceEntry::function, i)) continue;
-        const Forces::Function& own = forces.functions[i];
+        const TorqueFunction& own = forces.functions[i];
         double* given = scratch().allocate(own.count);
-        own.at(t, q, v, given);
+        own.function(t, q, v, given);
         for (int j = 0; j < own.count; ++j) torques[own.v + j] += given[j];
     }
 }

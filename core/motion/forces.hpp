@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "linalg/table.hpp"
 #include "scene/scene.hpp"
 #include "spatial/tree.hpp"
 
@@ -27,15 +28,34 @@ struct PointSpring {
     double side = 0.0;  // 1 pulls only, −1 pushes only, 0 both
 };
 
-// A force and a couple on a body that change with time or state.
+// Numbers by time [s] and state.
+using ForceFunction = std::function<void(double t, const double* q, const double* v, double* to)>;
+
+// A force and a couple on a body: six numbers, or those that a function gives.
 struct AppliedForce {
     Site site;
     bool is_local = false;
+    double numbers[6] = {};
+    ForceFunction function;
+};
+
+// Torques in joints, on entries of v from the first: numbers, a table over time, a function.
+struct ConstantTorque {
+    int v = 0;
+    std::vector<double> torque;
+};
+struct TimedTorque {
+    int v = 0;
+    Table table;
+};
+struct TorqueFunction {
+    int v = 0, count = 0;
+    ForceFunction function;
 };
 
 // One entry of a scene's forces, by kind and place in its table.
 struct ForceEntry {
-    enum Kind { constant, joint, spring, applied, row, function, dry } kind = constant;
+    enum Kind { constant, joint, spring, applied, timed, function, dry } kind = constant;
     int index = 0;
 };
 
@@ -44,26 +64,17 @@ struct ForceEntry {
 enum class Side : signed char { lower = -1, out = 0, acts = 1, upper = 2, slack = 3 };
 
 struct Forces {
-    struct Constant {
-        int v = 0;
-        std::vector<double> torque;
-    };
-    struct Function {
-        int v = 0, count = 0;
-        std::function<void(double t, const double* q, const double* v, double* torque)> at;
-    };
-    std::vector<Constant> constants;
+    std::vector<ConstantTorque> constants;
     std::vector<JointForce> joints;
     std::vector<PointSpring> springs;
     std::vector<AppliedForce> applied;
-    std::vector<int> rows;  // entries of v with a torque by time
-    std::vector<Function> functions;
+    std::vector<TimedTorque> timed;
+    std::vector<TorqueFunction> functions;
     std::vector<ForceEntry> entries;
-    // (6 applied + rows) numbers at a time [s] and state; empty where all are constant.
-    std::function<void(double t, const double* q, const double* v, double* numbers)> driven;
-    std::vector<double> at_start;  // the same at t = 0
 
     bool on_bodies() const { return !springs.empty() || !applied.empty(); }
+    // True if some change with time, or by functions of the state.
+    bool are_watched() const;
 };
 
 // The forces with a kink, joints first, and how each acts now.

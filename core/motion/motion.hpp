@@ -33,7 +33,7 @@ struct MotionSettings {
     int max_impacts = 10000, max_steps = 100000;
 };
 
-// The end of a motion, in the order of MotionStatus.
+// The end of a motion.
 enum class Ended {
     not_yet = -1,
     finished,
@@ -105,6 +105,7 @@ class Motion {
     int nv() const { return scene_->scene.model->nv; }
     int steps() const { return stepper_.steps; }
     Dynamics& dynamics() { return dynamics_; }
+    const Dynamics& dynamics() const { return dynamics_; }
     const MotionScene& scene() const { return *scene_; }
     RestingState& rest() { return rest_; }
     // q and v (normalized) at a time of the path.

@@ -22,13 +22,17 @@ constexpr double kPi = 3.14159265358979323846;
 void Motion::forces_at(const Step& step, double at, std::vector<double>& found) {
     const Forces& forces = scene_->forces;
     at = std::min(std::max(at, from_), to_);
-    found = forces.at_start;
+    found.clear();
     step.at(at, here_.data());
-    if (forces.driven) forces.driven(at, here_.data(), here_.data() + nq(), found.data());
-    for (const Forces::Function& own : forces.functions) {
-        const std::size_t first = found.size();
-        found.resize(first + own.count);
-        own.at(at, here_.data(), here_.data() + nq(), found.data() + first);
+    const double *q = here_.data(), *v = q + nq();
+    for (const AppliedForce& own : forces.applied) {
+        found.insert(found.end(), own.numbers, own.numbers + 6);
+        if (own.function) own.function(at, q, v, found.data() + found.size() - 6);
+    }
+    for (const TimedTorque& own : forces.timed) found.push_back(own.table.at(at));
+    for (const TorqueFunction& own : forces.functions) {
+        found.resize(found.size() + own.count);
+        own.function(at, q, v, found.data() + found.size() - own.count);
     }
 }
 
@@ -37,7 +41,7 @@ void Motion::forces_at(const Step& step, double at, std::vector<double>& found) 
 double Motion::shorter_step(const Step& step) {
     const Forces& forces = scene_->forces;
     const double spacing = settings_.scale_of_time / kLooks, span = step.end - step.start;
-    if ((!forces.driven && forces.functions.empty()) || !(span > 2.0 * spacing)) return 0.0;
+    if (!forces.are_watched() || !(span > 2.0 * spacing)) return 0.0;
     std::vector<double> nodes(kNodes), weights(kNodes), seen;
     std::vector<std::vector<double>> values(kNodes);
     for (int i = 0; i < kNodes; ++i) {

@@ -65,8 +65,8 @@ class ClosingContacts:
     def gaps(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the (contacts,) gap of each [m, rad]; infinite for a stop without limits."""
         found = np.full(len(self._names), np.inf)
-        for _, entry, value, _ in self._core.gaps(q, v):
-            found[entry] = min(found[entry], value)
+        for at in self._core.gaps(q, v):
+            found[at.entry] = min(found[at.entry], at.value)
         return found
 
     def nearest(

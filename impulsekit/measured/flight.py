@@ -8,7 +8,7 @@ from math import ceil
 import numpy as np
 import pinocchio as pin
 
-from .._core import ForcesOfMotion
+from .._core import ForcesOfMotion, RestingState
 from ..motion.flat import flat_motion
 from ..scene import JointFriction, Scene
 from ..tolerances import NONZERO
@@ -58,14 +58,14 @@ class Flight:
         free = replace(scene, impulses=(), contacts=())
         self._core = ForcesOfMotion(flat_motion(free).core, 0.0)
         dry = [0] * len({f.joint for f in scene.forces if isinstance(f, JointFriction)})
-        self._nothing = np.zeros(0), dry, np.zeros(0)
+        self._nothing = RestingState(dry=dry)
         # Where free joints begin in q and v.
         self._free = [(joint.idx_q, joint.idx_v) for joint in free_joints(self.model)]
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return (nv,) v̇."""
         found = self._core.at(t, q, v, self._nothing)
-        return np.array(found["acceleration"])
+        return found.acceleration
 
     def step(
         self, t: float, q: np.ndarray, v: np.ndarray, dt: float

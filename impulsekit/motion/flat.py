@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._core import MotionScene
-from .._core import Site as CoreSite
+from .._core import AppliedForce as CoreForce
+from .._core import ConstantTorque, JointForce, MotionScene, PointSpring, Table, TimedTorque
 from ..errors import InputError
 from ..impact.flat.law import contact_law
 from ..impact.flat.scene import FlatScene, core_site, flat_scene
@@ -72,7 +72,6 @@ def _made(scene: Scene) -> FlatMotion:
         flat.core,
         contact_law(scene),
         np.array(scene.gravity, dtype=float),
-        len(scene.constraints),
         places,
         [one and not place for one, place in zip(speeds, places, strict=True)],
     )
@@ -92,10 +91,8 @@ class _Forces:
     def __init__(self, scene: Scene, flat: FlatScene, core: MotionScene) -> None:
         self._scene, self._robot = scene, scene.robot
         self._flat, self._core = flat, core
-        self._applied: list[tuple[AppliedForce, str]] = []
-        self._tables: list[TorqueTable] = []
         self._dry: dict[int, float] = {}
-        self.corners: list[float] = []
+        self._corners: set[float] = set()
 
     def add_all(self) -> None:
         names = self._scene.entry_names("forces")
@@ -103,50 +100,52 @@ class _Forces:
             if isinstance(force, JointFriction):
                 at = self._v(force.joint)
                 self._dry[at] = self._dry.get(at, 0.0) + force.torque
-        rows: set[int] = set()
         for force, name in zip(self._scene.forces, names, strict=True):
             if isinstance(force, JointFriction):
                 at = self._v(force.joint)
-                self._core.add_dry(at, self._dry[at], at not in rows)
-                rows.add(at)
+                self._core.add_dry(at, self._dry[at])
             else:
                 self._add(force, name)
-        self.corners = sorted({time for table in self._tables for time in table.times})
-        start = np.zeros(6 * len(self._applied) + len(self._tables))
-        functions = []
-        for i, (force, name) in enumerate(self._applied):
-            if force.is_constant:
-                start[6 * i : 6 * i + 6] = force.force_at(0.0)
-            else:
-                functions.append((6 * i, partial(force.force_at, name=name)))
-        driven = partial(_driven, start, functions, self._tables)
-        self._core.set_driven(start, driven if functions or self._tables else None)
+
+    @property
+    def corners(self) -> list[float]:
+        """Times at which a table has a corner [s]."""
+        return sorted(self._corners)
 
     def _v(self, name: str) -> int:
         return int(self._robot.model.joints[self._robot.joint_id(name)].idx_v)
 
-    def _site(self, frame: str, at: Any) -> CoreSite:
-        site = Site.of(self._robot, frame, at)
-        return core_site(self._flat.model.bodies[site.joint_id], site.placement)
-
-    def _in_joint(self, name: str, numbers: Sequence[float], stores: bool) -> None:
+    def _in_joint(self, name: str, **numbers: Any) -> None:
         joint = self._robot.model.joints[self._robot.joint_id(name)]
-        self._core.add_joint(
-            joint.idx_v, joint.idx_q, joint.nq == 2, np.array(numbers, dtype=float), stores
-        )
+        is_circle = joint.nq == 2
+        self._core.add(JointForce(v=joint.idx_v, q=joint.idx_q, is_circle=is_circle, **numbers))
 
     def _add(self, force: Any, name: str) -> None:
         core = self._core
         if isinstance(force, JointSpring):
-            numbers = force.stiffness, force.damping, force.rest, 0.0, np.inf, _SIDES[force.acts]
-            self._in_joint(force.joint, numbers, True)
+            self._in_joint(
+                force.joint, stiffness=force.stiffness, damping=force.damping, rest=force.rest,
+                limit=np.inf, side=_SIDES[force.acts], stores=True,
+            )  # fmt: skip
         elif isinstance(force, Spring):
-            own = force.stiffness, force.damping, force.rest_length, _WAYS[force.acts]
-            ends = self._site(force.frame, force.at), self._site(force.other, force.other_at)
-            core.add_spring(*ends, np.array(own, dtype=float))
+            first = Site.of(self._robot, force.frame, force.at)
+            other = Site.of(self._robot, force.other, force.other_at)
+            bodies = self._flat.model.bodies
+            spring = PointSpring(
+                first=bodies[first.joint_id], point=first.placement.translation,
+                other=bodies[other.joint_id], other_point=other.placement.translation,
+                stiffness=force.stiffness, damping=force.damping, rest=force.rest_length,
+                side=_WAYS[force.acts],
+            )  # fmt: skip
+            core.add(spring)
         elif isinstance(force, AppliedForce):
-            core.add_applied(self._site(force.frame, force.at), force.axes == "local")
-            self._applied.append((force, name))
+            site = Site.of(self._robot, force.frame, force.at)
+            own = core_site(self._flat.model.bodies[site.joint_id], site.placement)
+            applied = CoreForce(site=own, is_local=force.axes == "local")
+            if force.is_constant:
+                applied.numbers = force.force_at(0.0)
+            given = None if force.is_constant else partial(force.force_at, name=name)
+            core.add(applied, given)
         elif isinstance(force, Actuator):
             self._actuate(force, name)
         else:
@@ -155,15 +154,17 @@ class _Forces:
     def _actuate(self, force: Actuator, name: str) -> None:
         joint, torque = self._robot.model.joints[self._robot.joint_id(force.joint)], force.torque
         if isinstance(torque, PD):
-            limit = np.inf if torque.limit is None else torque.limit
-            more = torque.damping * torque.velocity, limit, 0.0
-            numbers = torque.stiffness, torque.damping, torque.target, *more
-            self._in_joint(force.joint, numbers, False)
+            self._in_joint(
+                force.joint, stiffness=torque.stiffness, damping=torque.damping,
+                rest=torque.target, torque=torque.damping * torque.velocity,
+                limit=np.inf if torque.limit is None else torque.limit, stores=False,
+            )  # fmt: skip
         elif isinstance(torque, TorqueTable):
-            self._core.add_row(joint.idx_v)
-            self._tables.append(torque)
+            table = Table(list(torque.times), list(torque.values))
+            self._core.add(TimedTorque(v=joint.idx_v, table=table))
+            self._corners.update(torque.times)
         elif isinstance(torque, tuple):
-            self._core.add_constant(joint.idx_v, list(torque))
+            self._core.add(ConstantTorque(v=joint.idx_v, torque=list(torque)))
         else:
             own = partial(_torque, torque, name, joint.nv)
             self._core.add_function(joint.idx_v, joint.nv, own)
@@ -172,24 +173,6 @@ class _Forces:
 def _torque(function: Any, name: str, size: int, t: float, q: Any, v: Any) -> np.ndarray:
     what = f"{name}: torque at t = {t:g}"
     return numbers_from(function, what, size, t, q, v, infinite=True)
-
-
-def _driven(
-    start: np.ndarray,
-    functions: Sequence[Any],
-    tables: Sequence[TorqueTable],
-    t: float,
-    q: np.ndarray,
-    v: np.ndarray,
-) -> np.ndarray:
-    """Return the forces that change with time [s] or state, at both."""
-    numbers = start.copy()
-    for at, function in functions:
-        numbers[at : at + 6] = function(t, q, v)
-    first = len(numbers) - len(tables)
-    for i, table in enumerate(tables):
-        numbers[first + i] = table(t, None, None)
-    return numbers
 
 
 def _hold(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
@@ -208,27 +191,34 @@ def _hold(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
             rates = Rates(velocity, f"{name}: velocity", size)
             speeds.append((flat.slices[i], partial(velocity_at, velocity, name), rates))
     core.set_constraints(
-        (lambda q: np.concatenate([f.matrix_at(q).ravel() for f in functions]))
+        rows=(lambda q: np.concatenate([f.matrix_at(q).ravel() for f in functions]))
         if functions
         else None,
-        (lambda q, v: np.concatenate([f.bias(q, v) for f in functions])) if functions else None,
-        (lambda q: np.concatenate([f.value(q) for f in functions])) if functions else None,
-        partial(_speeds, speeds) if speeds else None,
-        (lambda entry, t: places[entry].place(t)) if places else None,
+        bias=(lambda q, v: np.concatenate([f.bias(q, v) for f in functions]))
+        if functions
+        else None,
+        values=(lambda q: np.concatenate([f.value(q) for f in functions])) if functions else None,
+        speeds=partial(_speeds, speeds) if speeds else None,
+        place=(lambda entry, t: places[entry].place(t)) if places else None,
     )
 
 
-def _speeds(speeds: Sequence[Any], t: float) -> tuple[list[int], list[float], list[float]]:
+class _Speeds(NamedTuple):
     """Rows that are driven in time, their velocities and the rates of these."""
-    rows: list[int] = []
-    velocity: list[float] = []
-    rate: list[float] = []
+
+    rows: list[int]
+    velocity: list[float]
+    rate: list[float]
+
+
+def _speeds(speeds: Sequence[Any], t: float) -> _Speeds:
+    found = _Speeds([], [], [])
     for where, first, second in speeds:
         count = where.stop - where.start
-        rows += range(where.start, where.stop)
-        velocity += np.broadcast_to(first(t), count).tolist()
-        rate += np.broadcast_to(second(t), count).tolist()
-    return rows, velocity, rate
+        found.rows.extend(range(where.start, where.stop))
+        found.velocity.extend(np.broadcast_to(first(t), count).tolist())
+        found.rate.extend(np.broadcast_to(second(t), count).tolist())
+    return found
 
 
 def _touch(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
@@ -239,10 +229,10 @@ def _touch(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
         i: (active, f"{names[i]}: active") for i, active in enumerate(given) if active is not None
     }
     core.set_gap_functions(
-        partial(_gap_rows, functions) if functions else None,
-        (lambda i, q, v: functions[i].bias(q, v)) if functions else None,
-        (lambda i, q, v: _counts(conditions, i, q, v)) if conditions else None,
-        list(conditions),
+        rows=partial(_gap_rows, functions) if functions else None,
+        bias=(lambda i, q, v: functions[i].bias(q, v)) if functions else None,
+        counts=(lambda i, q, v: _counts(conditions, i, q, v)) if conditions else None,
+        conditional=list(conditions),
     )
     for i, entry in enumerate(scene.contacts):
         if isinstance(entry, Collision):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._core import Ended, MotionImpact
 from ..errors import InputError, check_kind, warn_of_setup
 from ..impact import Impact
 from ..impact.doubts import doubts_of_state
@@ -104,9 +105,9 @@ class Followed:
     def rests(self, until: float) -> list[tuple[int, float, float]]:
         """Return (contact, start [s], end [s]) of the rests up to a time; the end may be inf."""
         return [
-            (entry, start, end if end <= until else math.inf)
-            for entry, start, end in self.core.rests
-            if start <= until
+            (rest.entry, rest.start, rest.end if rest.end <= until else math.inf)
+            for rest in self.core.rests
+            if rest.start <= until
         ]
 
     def trajectory(
@@ -134,15 +135,17 @@ class Followed:
     def impacts(self, until: float) -> Callable[[], Hits]:
         """Return the impacts up to a time [s], each with all results of ``solve``."""
         scene, first = self.scene, self.first
-        met = [hit for hit in self.core.impacts if hit[0] <= until]
-        return lambda: (*first, *(_impact_of(scene, *hit) for hit in met))
+        met = [hit for hit in self.core.impacts if hit.t <= until]
+        return lambda: (*first, *(_impact_of(scene, hit) for hit in met))
 
     @property
     def status(self) -> MotionStatus:
         """The motion's status; FINISHED while it goes on."""
         if self.first and not self.first[-1][1].status.valid:
             return MotionStatus.IMPACT_NOT_VALID
-        return list(MotionStatus)[self.core.ended] if self.core.ended > 0 else MotionStatus.FINISHED
+        ended = self.core.ended
+        going_on = ended is Ended.not_yet
+        return MotionStatus.FINISHED if going_on else MotionStatus[ended.name.upper()]
 
     @property
     def detail(self) -> str:
@@ -180,24 +183,14 @@ def checked_start(
     return state.checked_configuration(model, q), state.checked_velocity(model, v)
 
 
-def _impact_of(
-    scene: Scene,
-    t: float,
-    q: np.ndarray,
-    v: np.ndarray,
-    after: np.ndarray,
-    entries: list[int],
-    points: list[Any],
-    soft: bool,
-    code: int,
-) -> tuple[float, Impact]:
+def _impact_of(scene: Scene, hit: MotionImpact) -> tuple[float, Impact]:
     """An impact during the motion, with all results of ``solve``."""
     later = _later.of(scene)
     if any(map(is_driven, later.constraints)):
-        own = scene_at(_without_restitution(later) if soft else later, t)
+        own = scene_at(_without_restitution(later) if hit.is_soft else later, hit.t)
     else:
-        own = _soft.of(scene) if soft else later
-    return t, solve_touching(own, q, v, set(entries), points)
+        own = _soft.of(scene) if hit.is_soft else later
+    return hit.t, solve_touching(own, hit.q, hit.v, set(hit.entries), hit.features)
 
 
 def _without_restitution(scene: Scene) -> Scene:

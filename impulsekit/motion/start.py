@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from .._core import Motion
+from .._core import Ended, GapAt, Method, Motion
+from .._core import MotionSettings as CoreSettings
 from ..errors import InputError, RangeError, SingularMassError
 from ..impact import Impact, ImpactSolver
 from ..impact.singular import check_pivots, refuse_massless
@@ -31,27 +32,20 @@ def core_of(scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
     """The motion in the core, before it begins."""
     flat = flat_motion(scene)
     stops = {*settings.stop_times, *flat.corners}
-    numbers = np.array(
-        [
-            settings.rtol,
-            settings.atol,
-            settings.step,
-            settings.max_step or 0.0,
-            settings.capture_speed,
-            settings.together,
-            settings.duration or 1.0,
-        ]
+    own = CoreSettings(
+        method=Method[settings.method.replace("-", "_")],
+        rtol=settings.rtol,
+        atol=settings.atol,
+        fixed_length=settings.step,
+        max_step=settings.max_step or 0.0,
+        capture_speed=settings.capture_speed,
+        together=settings.together,
+        scale_of_time=settings.duration or 1.0,
+        stop_times=sorted(t for t in stops if t > 0.0),
+        max_impacts=settings.max_impacts,
+        max_steps=settings.max_steps,
     )
-    return Motion(
-        flat.core,
-        settings.method,
-        numbers,
-        sorted(t for t in stops if t > 0.0),
-        settings.max_impacts,
-        settings.max_steps,
-        q,
-        v,
-    )
+    return Motion(flat.core, own, q, v)
 
 
 def begin(
@@ -76,15 +70,15 @@ def begin(
         _refuse_singular(scene, q)
     slow = max(SLOW_SHARE * settings.capture_speed, FAINT * largest)
     struck: list[tuple[float, Impact]] = []
-    meets = any(rate < -slow for _, _, _, rate in touching)
+    meets = any(at.rate < -slow for at in touching)
     if scene.impulses or meets or core.is_driven_off():
-        impact = ImpactSolver(scene).solve_touching(q, v, {entry for _, entry, _, _ in touching})
+        impact = ImpactSolver(scene).solve_touching(q, v, {at.entry for at in touching})
         struck.append((0.0, impact))
         v = impact.v_after
         if not impact.status.valid:
             return struck
-    core.begin(np.ascontiguousarray(v), [gap for gap, _, _, _ in touching])
-    if core.ended == 4:
+    core.begin(np.ascontiguousarray(v), [at.gap for at in touching])
+    if core.ended is Ended.not_finite:
         raise SingularMassError(
             "the acceleration at the start is not finite: a joint moves no inertia, or a "
             "force of the scene is not a number",
@@ -105,12 +99,12 @@ def _refuse_singular(scene: Scene, q: np.ndarray) -> None:
     check_pivots(robot.model, data)
 
 
-def _refuse_penetration(scene: Scene, touching: list[tuple[int, int, float, float]]) -> None:
+def _refuse_penetration(scene: Scene, touching: list[GapAt]) -> None:
     """Raise one error on all contacts that overlap at the start, the deepest first."""
     deepest: dict[int, float] = {}
-    for _, entry, gap, _ in touching:
-        if gap < -PENETRATION:
-            deepest[entry] = min(gap, deepest.get(entry, 0.0))
+    for at in touching:
+        if at.value < -PENETRATION:
+            deepest[at.entry] = min(at.value, deepest.get(at.entry, 0.0))
     if not deepest:
         return
     names = scene.entry_names("contacts")

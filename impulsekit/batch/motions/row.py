@@ -163,13 +163,14 @@ def _kept(followed: Followed, status: MotionStatus, times: np.ndarray) -> RowRes
 def _columns(followed: Followed) -> dict[str, np.ndarray]:
     """The columns of ``ImpactTable`` for the impacts of one motion."""
     robot, contacts = followed.scene.robot, len(followed.scene.contacts)
-    times, codes, before, after, touching, impulses = followed.core.impact_table
-    columns = _no_impacts(followed.scene, len(times))
-    columns["time"][:], columns["status"][:] = times, codes
-    columns["touching"][:] = touching.reshape(len(times), contacts) > 0.0
-    columns["impulse"][:] = impulses.reshape(len(times), contacts, 3)
-    columns["v_before"][:] = before.reshape(-1, robot.nv)
-    columns["v_after"][:] = after.reshape(-1, robot.nv)
+    found = followed.core.impact_columns
+    count = len(found.times)
+    columns = _no_impacts(followed.scene, count)
+    columns["time"][:], columns["status"][:] = found.times, found.status
+    columns["touching"][:] = found.touching.reshape(count, contacts)
+    columns["impulse"][:] = found.impulses.reshape(count, contacts, 3)
+    columns["v_before"][:] = found.before.reshape(-1, robot.nv)
+    columns["v_after"][:] = found.after.reshape(-1, robot.nv)
     if not followed.first:
         return columns
     # At the start known impulses strike too.

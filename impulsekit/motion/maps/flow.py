@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..._core import ForcesOfMotion
+from ..._core import DynamicsFailure, ForcesOfMotion, RestingState
 from ...errors import InputError
 from ...scene import Scene
 from ...scene.motion import MotionSettings
@@ -54,7 +54,7 @@ class Flow:
         self._model = scene.robot.model
         of_scene = scene.entry_names("contacts")
         self._entries = {i for i, name in enumerate(of_scene) if name in names}
-        self._resting_state: Any = None
+        self._resting_state = RestingState()
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(nv,) v̇ at a state of the motion itself.
@@ -64,9 +64,9 @@ class Flow:
         """
         self._begin(q, v)
         found = self._core.at(t, q, v, self._resting_state)
-        if found["failure"]:
+        if found.failure is not DynamicsFailure.none:
             raise InputError(f"sensitivity: at {t:g} s {NO_MOTION}")
-        return np.array(found["acceleration"])
+        return found.acceleration
 
     def jacobian(
         self,
@@ -99,12 +99,14 @@ class Flow:
         """Find out which points of the resting contacts slide from here on."""
         core = core_of(self._scene, q, v, MotionSettings())
         nearest: dict[int, tuple[float, int]] = {}
-        for gap, entry, value, _ in self._core.gaps(q, v):
+        for at in self._core.gaps(q, v):
             # Of a joint's two stops the nearer one.
-            if entry in self._entries:
-                nearest[entry] = min(nearest.get(entry, (np.inf, -1)), (abs(value), gap))
+            if at.entry in self._entries:
+                own = abs(at.value), at.gap
+                nearest[at.entry] = min(nearest.get(at.entry, (np.inf, -1)), own)
         core.begin(v, sorted(gap for _, gap in nearest.values()))
-        self._resting_state = (*core.resting_state(0.0)[:2], self.controls)
+        self._resting_state = core.resting_state(0.0)
+        self._resting_state.controls = self.controls
 
     def _piece(
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by_controls: bool
@@ -124,16 +126,17 @@ class Flow:
         self, start: float, end: float, q: np.ndarray, v: np.ndarray, by: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         nv = len(v)
-        q, resting_state = pin.integrate(self._model, q, by[:nv]), self._resting_state
+        q, torques = pin.integrate(self._model, q, by[:nv]), self.controls
         if len(by) > 2 * nv:
-            torques = self.controls if len(self.controls) else np.zeros(nv)
-            resting_state = (*resting_state[:2], torques + by[2 * nv :])
-        found: Any = self._core.flow(start, end, q, v + by[nv : 2 * nv], resting_state, RTOL, ATOL)
+            torques = (torques if len(torques) else np.zeros(nv)) + by[2 * nv :]
+        resting_state = self._resting_state
+        resting_state.controls = torques
+        found = self._core.flow(start, end, q, v + by[nv : 2 * nv], resting_state, RTOL, ATOL)
         if found is None:
             raise InputError(
                 f"sensitivity: from {start:g} to {end:g} s, a little beside the motion, {NO_MOTION}"
             )
-        return found[0], found[1]
+        return found[: len(q)], found[len(q) :]
 
 
 def slopes(away: Callable[[np.ndarray], np.ndarray], steps: np.ndarray) -> np.ndarray:

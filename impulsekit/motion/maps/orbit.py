@@ -314,8 +314,8 @@ class _Search:
         touched = [names[t.entry] for t in impact.outcome.touches]
         closing = [n for n in touched if n in self._contacts and n not in rests]
         gaps = core.gaps(impact.q, impact.v_before)
-        own = [(abs(value), gap) for gap, entry, value, _ in gaps if names[entry] in closing]
-        return np.array(core.gap_row(min(own)[1], impact.q, impact.v_before))
+        own = [(abs(at.value), at.gap) for at in gaps if names[at.entry] in closing]
+        return core.gap_row(min(own)[1], impact.q, impact.v_before)
 
     def _start_slope(self, x: np.ndarray) -> np.ndarray:
         """(2 nv, n) how the start changes with x."""

@@ -244,14 +244,14 @@ class Chain:
         flow = self._flows.get(resting)
         if flow is None:
             flow = self._flows[resting] = Flow(self._motion.scene, resting)
-        flow.controls = self._motion._path.resting_state(t)[2]
+        flow.controls = self._motion._path.resting_state(t).controls
         return flow
 
     def _switches(self) -> Iterator[float]:
         """The times at which torques from outside change."""
         path, last = self._motion._path, np.zeros(0)
         for t in path.step_times.tolist():
-            now = path.resting_state(t)[2]
+            now = path.resting_state(t).controls
             if not np.array_equal(now, last):
                 yield t
             last = now

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from ..._core import ForcesOfMotion
+from ..._core import ForcesAt, ForcesOfMotion
 from ...impact.forces import BodyImpulse, on_both_bodies, on_both_ends
 from ...impact.reactions import transmitted
 from ...rows.entries import FramePair, frame_pair, rows_of_entry
@@ -100,15 +100,15 @@ class Loads:
         self.t = min(max(t, inside[0]), inside[1]) if inside[0] < inside[1] else t
         self.q, self.v = of.path.state(t)
         found = of.core.at(self.t, self.q, self.v, of.path.resting_state(t))
-        self.acceleration = found["acceleration"]
+        self.acceleration = found.acceleration
         data = of.data
         pin.forwardKinematics(of.model, data, self.q, self.v)
         self._placements = [pin.SE3(placement) for placement in data.oMi]
         self.points = tuple(pushed_points(of.scene, found))
-        self.multipliers, unique = found["multipliers"], np.array(found["unique"], dtype=bool)
+        self.multipliers, unique = found.multipliers, found.unique
         self.unique = None if unique.all() else unique
         self.forces = tuple(
-            _dry(found["dry"], one, float(self.v[one.row]))
+            _dry(found.dry, one, float(self.v[one.row]))
             if isinstance(one, _DryShare)
             else one.at(self.t, self.q, self.v, data)
             for one in of.fields
@@ -117,8 +117,7 @@ class Loads:
     @cached_property
     def row_velocities(self) -> np.ndarray:
         """(m,) the velocities of the constraints' rows [m/s, rad/s]."""
-        found: Any = self._of.core.row_velocities(self.q, self.v)
-        return np.asarray(found)
+        return self._of.core.row_velocities(self.q, self.v)
 
     @cached_property
     def on_bodies(self) -> tuple[BodyImpulse, ...]:
@@ -264,16 +263,16 @@ class LoadsOfMotion:
         return (frames[ids[0]].parentJoint, frames[ids[1]].parentJoint), (ids[0], ids[1])
 
 
-def pushed_points(scene: Scene, found: dict[str, Any]) -> Iterator[PushedPoint]:
+def pushed_points(scene: Scene, found: ForcesAt) -> Iterator[PushedPoint]:
     """Return the points at which resting contacts push, as the core found them."""
-    forces, slip = found["forces"].reshape(-1, 3), found["slip"].reshape(-1, 3)
-    axes, places = found["axes"].reshape(-1, 3, 3), found["places"].reshape(-1, 3)
-    moments, turning = found["moments"].reshape(-1, 3), found["turning"].reshape(-1, 3)
-    turns = {i: k for k, i in enumerate(found["turning_of"])}
-    for i, entry in enumerate(found["entries"]):
+    forces, slip = found.forces.reshape(-1, 3), found.slip.reshape(-1, 3)
+    axes, places = found.axes.reshape(-1, 3, 3), found.places.reshape(-1, 3)
+    moments, turning = found.moments.reshape(-1, 3), found.turning.reshape(-1, 3)
+    turns = {i: k for k, i in enumerate(found.turning_of)}
+    for i, entry in enumerate(found.entries):
         power = float(forces[i] @ slip[i])
         if isinstance(scene.contacts[entry], JointStop):
-            yield PushedPoint(entry, None, np.array([found["signs"][i] * forces[i, 2]]), power)
+            yield PushedPoint(entry, None, np.array([found.signs[i] * forces[i, 2]]), power)
             continue
         moment = None
         if i in turns:
@@ -333,11 +332,11 @@ class _OneForce:
 
     def at(self, t: float, q: np.ndarray, v: np.ndarray, data: pin.Data) -> ForceBetween:
         """Return its force; ``data`` with placements and velocities."""
-        given: Any = self._core.force(self._index, t, q, v)
-        torque, wrenches = given
+        given = self._core.force(self._index, t, q, v)
         if self._joint is not None:
-            return ForceBetween(torque[self._joint].copy(), float(torque @ v), ())
-        by_body = wrenches.reshape(-1, 6)
+            torques = given.torques
+            return ForceBetween(torques[self._joint].copy(), float(torques @ v), ())
+        by_body = given.wrenches.reshape(-1, 6)
         bodies = []
         for joint_id, frame_id in self._frames.items():
             own, turn = by_body[self._bodies[joint_id]], data.oMi[joint_id].rotation

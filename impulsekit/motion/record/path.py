@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
+
+from ..._core import Feature, FeatureKind, RestingContact, RestingState, SlipState
 
 __all__ = ["Path"]
 
@@ -19,15 +21,15 @@ class Path:
     """
 
     def __init__(
-        self, model: pin.Model, given: dict[str, Any], t: float, q: np.ndarray, v: np.ndarray
+        self, model: pin.Model, given: Any, t: float, q: np.ndarray, v: np.ndarray
     ) -> None:
         self._model = model
         size = model.nq + model.nv
-        self._times = np.asarray(given["times"]).reshape(-1, 4)
-        self._before = np.asarray(given["before"]).reshape(len(self._times), size)
-        self._shape = np.asarray(given["shape"]).reshape(len(self._times), 7, size)
-        self._resting_state = list(given["resting_state"])
-        self._resting_states = list(given["resting_states"])
+        self._times = given.times.reshape(-1, 4)
+        self._before = given.before.reshape(len(self._times), size)
+        self._shape = given.shape.reshape(len(self._times), 7, size)
+        self._resting_state: list[int] = given.resting_state
+        self._resting_states: list[RestingState] = given.resting_states
         self._last = t, np.array(q), np.array(v)
         self.step_times, self.end = self._times[:, 0], float(t)
 
@@ -36,9 +38,9 @@ class Path:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The path as plain arrays; ``of_arrays`` makes it again."""
-        points, dry, controls = (
-            zip(*self._resting_states, strict=True) if self._resting_states else ((),) * 3
-        )
+        states = self._resting_states
+        points = [np.array([_numbers(p) for p in own.points]).ravel() for own in states]
+        dry = [own.dry for own in states]
         t, q, v = self._last
         return {
             "path_times": self._times,
@@ -48,7 +50,7 @@ class Path:
             "path_rests": np.concatenate([np.zeros(0), *points]),
             "path_rests_end": np.cumsum([own.size for own in points], dtype=np.int64),
             "path_dry": np.array(dry, dtype=np.int64).reshape(len(dry), -1 if len(dry) else 0),
-            "path_controls": _table(controls),
+            "path_controls": _table([own.controls for own in states]),
             "path_end": np.concatenate([[t], q, v]),
         }
 
@@ -58,13 +60,18 @@ class Path:
         points = np.split(arrays["path_rests"], arrays["path_rests_end"])[:-1]
         dry = arrays["path_dry"].tolist()
         end = arrays["path_end"]
-        given = {
-            "times": arrays["path_times"],
-            "before": arrays["path_before"],
-            "shape": arrays["path_shape"],
-            "resting_state": arrays["path_footing"].tolist(),
-            "resting_states": list(zip(points, dry, arrays["path_controls"], strict=True)),
-        }
+        states = [
+            RestingState(
+                points=[_resting_contact(p) for p in own.reshape(-1, PACKED)],
+                dry=directions,
+                controls=controls,
+            )
+            for own, directions, controls in zip(points, dry, arrays["path_controls"], strict=True)
+        ]
+        given = _Steps(
+            arrays["path_times"], arrays["path_before"], arrays["path_shape"],
+            arrays["path_footing"].tolist(), states,
+        )  # fmt: skip
         return cls(model, given, float(end[0]), end[1 : 1 + model.nq], end[1 + model.nq :])
 
     def between(self, start: float, end: float) -> Iterator[tuple[float, float]]:
@@ -84,10 +91,10 @@ class Path:
         start, end, _, _ = self._times[int(self._number(t))].tolist()
         return start, end
 
-    def resting_state(self, t: float) -> tuple[np.ndarray, list[int], np.ndarray]:
+    def resting_state(self, t: float) -> RestingState:
         """Return the resting contacts of the step at a time, as the core has them."""
         if not len(self):
-            return np.zeros(0), [], np.zeros(0)
+            return RestingState()
         return self._resting_states[self._resting_state[int(self._number(t))]]
 
     def states(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -114,6 +121,43 @@ class Path:
         """q (nq,) and v (nv,) at a time."""
         q, v = self.states(np.array([t]))
         return q[0], v[0]
+
+
+class _Steps(NamedTuple):
+    """The steps of a motion, as the core has them."""
+
+    times: np.ndarray
+    before: np.ndarray
+    shape: np.ndarray
+    resting_state: list[int]
+    resting_states: list[RestingState]
+
+
+# Numbers by which a file keeps a resting point.
+PACKED = 21
+
+
+def _numbers(point: RestingContact) -> list[float]:
+    feature = point.feature
+    found: list[float] = [point.gap, int(feature.kind), *feature.piece, *feature.index]
+    found += [*feature.fixed.tolist(), point.since]
+    for slip in (point.slip, point.roll, point.spin):
+        found += [float(slip.moves), *slip.direction.tolist()]
+    return found
+
+
+def _resting_contact(numbers: np.ndarray) -> RestingContact:
+    gap, kind, *whole = (int(x) for x in numbers[:8])
+    fixed = np.ascontiguousarray(numbers[8:11])
+    feature = Feature(kind=FeatureKind(kind), piece=whole[:2], index=whole[2:], fixed=fixed)
+    slips = [
+        SlipState(moves=bool(own[0]), direction=own[1:].copy())
+        for own in numbers[12:].reshape(3, 3)
+    ]
+    return RestingContact(
+        gap=gap, feature=feature, since=float(numbers[11]),
+        slip=slips[0], roll=slips[1], spin=slips[2],
+    )  # fmt: skip
 
 
 def _table(controls: Sequence[np.ndarray]) -> np.ndarray:

@@ -1,0 +1,65 @@
+// All forces at a state of a motion, and short flows of it without events.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "motion/dynamics.hpp"
+
+namespace impulsekit {
+
+// What acts at a state. By resting point (n) its contact, axes (3, 3), place (3), the sign of a
+// stop, F (3) and slip (3) in its axes; of those that resist turning moments (3k) and speeds.
+struct ForcesAt {
+    DynamicsFailure failure = DynamicsFailure::none;
+    std::vector<double> acceleration, multipliers;  // (nv), (rows)
+    std::vector<char> unique;                       // (rows) whether each λ is determined
+    std::vector<int> entries, turning_of;
+    std::vector<double> axes, places, signs, forces, slip, moments, turning;
+    std::vector<double> dry;  // torques of joints with dry friction
+};
+
+// A gap at a state.
+struct GapAt {
+    int gap = 0, entry = 0;
+    double value = 0.0, rate = 0.0;
+};
+
+// What one entry of a scene's forces gives: torques (nv), and wrenches (bodies, 6) about the
+// origins of bodies in world axes.
+struct ForceShare {
+    std::vector<double> torques, wrenches;
+};
+
+// The state (nq + nv) at a time, as far as a motion is followed.
+using FlowEnd = std::optional<std::vector<double>>;
+
+class ForcesOfMotion {
+  public:
+    // `slow`: slip below it [m/s] has no direction of its own.
+    ForcesOfMotion(std::shared_ptr<const MotionScene> scene, double slow);
+
+    const Dynamics& dynamics() const { return dynamics_; }
+    ForcesAt at(double t, const double* q, const double* v, RestingState rest);
+    // Follow from `start` to `end` while the same rests, whatever happens on the way; none where
+    // there is no acceleration, or no step is short enough.
+    FlowEnd flow(double start, double end, const double* q, const double* v, RestingState rest,
+                 double rtol, double atol);
+    ForceShare force(int entry, double t, const double* q, const double* v);
+    std::vector<GapAt> gaps(const double* q, const double* v);
+    // (nv) the row of a gap's rate.
+    std::vector<double> gap_row(int gap, const double* q, const double* v);
+    double spring_energy(const double* q);
+    // (rows) velocities of the constraints' rows.
+    std::vector<double> row_velocities(const double* q, const double* v);
+
+  private:
+    void set_sides(const double* q, const double* v);
+
+    std::shared_ptr<const MotionScene> scene_;
+    const Model& model_;
+    Dynamics dynamics_;
+};
+
+}  // namespace impulsekit
