@@ -14,6 +14,7 @@ void bind_scene(nb::module_& module);
 void bind_batch(nb::module_& module);
 void bind_lanes(nb::module_& module);
 void bind_matrices(nb::module_& module);
+void bind_closing_gaps(nb::module_& module);
 void bind_derivatives(nb::module_& module);
 void bind_geometry(nb::module_& module);
 void bind_motion(nb::module_& module);
@@ -31,6 +32,7 @@ NB_MODULE(_core, module) {
     bind_batch(module);
     bind_lanes(module);
     bind_matrices(module);
+    bind_closing_gaps(module);
     bind_derivatives(module);
     bind_geometry(module);
     bind_motion(module);

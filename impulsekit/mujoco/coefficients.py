@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from ..errors import InputError, RangeError, UnknownNameError, quoted
 from ..scene.coefficients import checked_restitution, restitution_at
@@ -42,6 +43,10 @@ class PairCoefficients:
         friction: None for MuJoCo's own, or µ of all pairs.
         combine: a key of ``COMBINATIONS``.
         pairs: names of geoms or bodies, or pairs of them, that are handled; None for all.
+
+    Attributes:
+        friction: of all pairs, or None.
+        handled: sorted keys of the pairs whose impacts are treated, in both orders; None for all.
     """
 
     def __init__(
@@ -55,7 +60,7 @@ class PairCoefficients:
         self._by_geom: list[Any] = [0.0] * model.ngeom
         self._by_pair: dict[frozenset[int], Any] = {}
         self._keep_restitution(restitution)
-        self._handled = None if pairs is None else self._pairs_of(pairs)
+        self.handled = None if pairs is None else _keys_of(self._pairs_of(pairs))
         self._found: dict[tuple[int, int], Any] = {}
 
     def _keep_restitution(self, given: Any) -> None:
@@ -109,10 +114,6 @@ class PairCoefficients:
             found |= {frozenset((a, b)) for a in self._geoms_of(first) for b in others}
         return found
 
-    def is_handled(self, first: int, second: int) -> bool:
-        """Return whether impacts of a pair of geoms are treated."""
-        return self._handled is None or frozenset((first, second)) in self._handled
-
     def restitution(self, first: int, second: int, speed: float) -> float:
         """Return e of a pair at an approach speed [m/s]."""
         pair = (first, second)
@@ -129,3 +130,10 @@ class PairCoefficients:
         if isinstance(e, tuple):
             return self._combine(*(restitution_at(own, speed, what) for own in e))
         return restitution_at(e, speed, what)
+
+
+def _keys_of(pairs: set[frozenset[int]]) -> np.ndarray:
+    """Pairs of geoms as one integer for each order, sorted."""
+    both = [(min(pair), max(pair)) for pair in pairs]
+    ordered = np.array(both + [(b, a) for a, b in both], dtype=np.int32).reshape(-1, 2)
+    return np.unique(ordered.view(np.int64))

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections import Counter
 from collections.abc import Iterator
 from typing import Any, Literal
 
 import mujoco
 import numpy as np
 
+from .._core import ClosingGaps
 from ..errors import InputError, RangeError, ShapeError, check_kind, warn_of_setup
 from ..scene.law import Law
 from ..scene.numbers import between, not_negative
 from .coefficients import PairCoefficients
-from .instant import TOUCHING, Events, find_instant
-from .listing import KEPT, Listing, StepModels
+from .instant import TOUCHING, find_instant
+from .listing import KEPT, StepModels
 from .record import StepImpact
 from .system import ImpactSolver
 
@@ -187,27 +187,36 @@ class Impacts:
         """Solve the impacts of a step that has been taken from ``start``."""
         models = self._models
         left, end = models.plain.opt.timestep, data.time
-        known = Counter(np.frombuffer(self._touching, dtype=np.int64).tolist())
+        known = np.frombuffer(self._touching, dtype=np.int64)
+        # Stages of a Runge-Kutta method have felt the soft contact: the speed now says little.
+        slowest = -np.inf if self._is_rk4 else self.threshold
         reached = self._reached
         found: list[StepImpact] = []
         while len(found) < MOST_IMPACTS:
-            events = self._new_events(models.look(data, 0.0), known, reached)
-            if not len(events.keys):
+            limits = reached if self._limits is not None else models.plain.nv
+            gaps = ClosingGaps(
+                models.look(data, 0.0), known, limits, self._coefficients.handled, slowest
+            )
+            if not gaps.count:
                 break
             passed, listing, hits = find_instant(
-                models, data, start, left, events, self.threshold, self._is_exact
+                models, data, start, left, gaps, self.threshold, self._is_exact
             )
-            if len(hits.keys):
-                impact, touching, reached = self._hit(data, listing, hits)
+            if hits:
+                which = listing.within(TOUCHING, hits)
+                impact = self._solver.solve(data, listing, which)
+                data.qvel[:] += impact.dv
                 found.append(impact)
-                known.update(touching)
+                contacts = len(impact.approach)
+                known = np.concatenate([known, listing.keys(which[:contacts])[:, 0]])
+                reached = len(which) - contacts
                 left -= passed
                 start = np.empty_like(start)
                 _get_state(models.plain, data, start, KEPT)
             else:
                 models.restore(data, start)
             models.step(data, left)
-            if not len(hits.keys) or not impact.status.valid:
+            if not hits or not impact.status.valid:
                 break
         # Contacts and rows as the plain model has them, for the next step.
         _step1(models.plain, data)
@@ -216,35 +225,6 @@ class Impacts:
         self.last = tuple(found)
         if self._log is not None:
             self._log += found
-
-    def _new_events(self, listing: Listing, known: Counter[int], reached: int) -> Events:
-        """Return what has come to touch since ``known`` and approaches at a step's end."""
-        now = Counter(listing.keys.tolist())
-        contacts = len(listing.numbers)
-        has_limits = self._limits is not None and len(listing.keys) - contacts > reached
-        more = {key for key, count in now.items() if count > known[key]}
-        handled = self._coefficients.is_handled
-        which = [
-            has_limits if i >= contacts else key in more and handled(*listing.pairs[i].tolist())
-            for i, key in enumerate(listing.keys.tolist())
-        ]
-        # Stages of a Runge-Kutta method have felt the soft contact: the speed now says little.
-        slowest = np.inf if self._is_rk4 else -self.threshold
-        index = (np.array(which, dtype=bool) & (listing.speeds < slowest)).nonzero()[0]
-        return Events(
-            listing.keys[index], listing.positions[index], listing.gaps[index],
-            listing.speeds[index], index,
-        )  # fmt: skip
-
-    def _hit(self, data: Any, listing: Listing, hits: Events) -> tuple[StepImpact, list[int], int]:
-        """Solve the impact of all that touches, apply it, and return it, pairs and limits."""
-        close = listing.gaps <= TOUCHING
-        close[hits.numbers] = True
-        which = close.nonzero()[0]
-        impact = self._solver.solve(data, listing, which)
-        data.qvel[:] += impact.dv
-        contacts = int(close[: len(listing.numbers)].sum())
-        return impact, listing.keys[which[:contacts]].tolist(), len(which) - contacts
 
 
 def _refuse(model: Any, law: Law) -> None:

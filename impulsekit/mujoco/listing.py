@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
 
-__all__ = ["DEEPER", "KEPT", "LIMIT_JOINT", "Listing", "StepModels"]
+from .._core import ContactListing
+
+__all__ = ["DEEPER", "KEPT", "LIMIT_JOINT", "StepModels"]
 
 # The soft contact begins this much deeper while an instant is sought, so that no stage of an
 # integrator feels it before [m].
@@ -22,34 +24,6 @@ KEPT = int(
     _STATE.mjSTATE_FULLPHYSICS | _STATE.mjSTATE_WARMSTART | _STATE.mjSTATE_EQ_ACTIVE
     | _STATE.mjSTATE_MOCAP_POS | _STATE.mjSTATE_MOCAP_QUAT
 )  # fmt: skip
-
-
-class Listing(NamedTuple):
-    """Contacts, then limits, within reach at one state.
-
-    Attributes:
-        pairs: (k, 2) the geoms of a contact; of a limit −1 − its kind, and its joint or tendon.
-        keys: (k,) the same as one integer each.
-        positions: (k, 3) [m], zeros of limits.
-        gaps, speeds: (k,) how far each is from touching, and how fast that grows.
-        address: (k,) first row of each in ``rows``: the normal, then t₁, t₂, and the angular
-            velocity about the normal, t₁ and t₂, as many as ``dims`` says.
-        dims: (k,) number of rows.
-        rows: (m, nv) all of MuJoCo's constraint rows.
-        equalities: how many of them, the first, are of equalities.
-        numbers: (contacts,) of MuJoCo's list.
-    """
-
-    pairs: np.ndarray
-    keys: np.ndarray
-    positions: np.ndarray
-    gaps: np.ndarray
-    speeds: np.ndarray
-    address: np.ndarray
-    dims: np.ndarray
-    rows: np.ndarray
-    equalities: int
-    numbers: np.ndarray
 
 
 class StepModels:
@@ -82,7 +56,7 @@ class StepModels:
             self._flight.opt.timestep = duration
             mujoco.mj_step(self._flight, data)
 
-    def look(self, data: Any, reach: float) -> Listing:
+    def look(self, data: Any, reach: float) -> ContactListing:
         """Compute positions and the mass matrix, and list what is within a reach, at least."""
         probe = self._near
         if reach:
@@ -92,27 +66,19 @@ class StepModels:
                 _shift_margins(probe, self.plain, reach)
                 self._reach = reach
         mujoco.mj_fwdPosition(probe, data)
-        nv, count, contact = self.plain.nv, data.nefc, data.contact
-        rows = data.efc_J.reshape(-1)[: count * nv].reshape(count, nv)
-        # Excluded are pairs in the gap, and those without degrees of freedom.
-        address = contact.efc_address
-        numbers = ((contact.exclude == 0) & (address >= 0)).nonzero()[0]
-        address, pairs = address[numbers], contact.geom[numbers]
-        positions, dims = contact.pos[numbers], contact.dim[numbers]
-        gaps = contact.dist[numbers] - contact.includemargin[numbers]
-        if data.nl:
-            first = data.ne + data.nf
-            limits = np.arange(first, first + data.nl, dtype=address.dtype)
-            own = np.stack([-1 - data.efc_type[limits], data.efc_id[limits]], axis=1)
-            pairs = np.concatenate([pairs, own])
-            positions = np.concatenate([positions, np.zeros((len(limits), 3))])
-            gaps = np.concatenate([gaps, data.efc_pos[limits] - data.efc_margin[limits]])
-            address = np.concatenate([address, limits])
-            dims = np.concatenate([dims, np.ones_like(limits)])
-        return Listing(
-            pairs, pairs.view(np.int64)[:, 0], positions, gaps + reach,
-            rows[address] @ data.qvel, address, dims, rows, data.ne, numbers,
+        # Excluded are pairs in the gap; those without degrees of freedom have no rows.
+        own = data.contact
+        listing = ContactListing(
+            own.geom, own.exclude, own.efc_address, own.dim, own.pos, own.dist,
+            own.includemargin, reach, data.ne,
         )  # fmt: skip
+        if data.nl:
+            listing.add_limits(
+                data.ne + data.nf, data.nl, data.efc_type, data.efc_id, data.efc_pos,
+                data.efc_margin, reach,
+            )  # fmt: skip
+        listing.finish(data.efc_J, data.qvel)
+        return listing
 
     def _new_probe(self) -> Any:
         """A model whose rows of contacts are those of the normal and the tangents themselves."""

@@ -2,38 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from .._core import Contacts, Failure, solve_matrices
-from ..impact.contact_law import core_friction, core_law
+from .._core import ContactListing, Failure, solve_listed
+from ..impact.contact_law import core_law
 from ..impact.status import BY_CODE, Status
 from ..robot.arrays import read_only
-from ..scene.coefficients import EllipticFriction
 from ..scene.law import Law
 from .coefficients import PairCoefficients
-from .listing import Listing
 from .record import Parts, StepImpact
 
 __all__ = ["ImpactSolver"]
 
-# By condim, the rows of t₁, t₂ and the normal after the first, and those of the relative angular
-# velocity; a row that a contact lacks is another one's, and set to zero.
-_SLIDING = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0]] + 4 * [[1, 2, 0]], dtype=np.int32)
-_TURNING = np.array(6 * [[3, 3, 3]] + [[4, 5, 3]], dtype=np.int32)
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-
-
-class _Friction(NamedTuple):
-    """µ (n,), ellipses as the core takes them, and contacts that resist rolling and spin."""
-
-    mu: np.ndarray
-    models: list[Any]
-    turning: np.ndarray
-    rolling: np.ndarray
-    torsion: np.ndarray
 
 
 class ImpactSolver:
@@ -53,32 +37,23 @@ class ImpactSolver:
         self._parent = np.ascontiguousarray(parent, dtype=np.int32)
         self._state_size = mujoco.mj_stateSize(model, _STATE)
 
-    def solve(self, data: Any, listing: Listing, which: np.ndarray) -> StepImpact:
+    def solve(self, data: Any, listing: ContactListing, which: list[int]) -> StepImpact:
         """Return the impact of some entries of a listing at the state of ``data``."""
-        model, v, dims = self._model, data.qvel.copy(), listing.dims[which]
-        contacts = which[: which.searchsorted(len(listing.numbers))]
-        n, nv = len(contacts), model.nv
-        pairs = listing.pairs[which]
-        friction = self._friction(data.contact.friction[listing.numbers[contacts]], dims)
-        J = self._rows(listing, which, dims, friction.turning)
-        approach = -(J[: len(which), 2] @ v)
+        model, v, contact = self._model, data.qvel.copy(), data.contact
+        numbers = listing.numbers(which)
+        n, nv, pairs = len(numbers), model.nv, listing.pairs(which)
+        approach = -listing.speeds(which)[:, 0]
         e = self._restitution(pairs, approach, n)
-        given: dict[str, Any] = {"restitution": e, "friction": friction.mu}
-        if len(friction.turning):
-            given |= {
-                "turning_of": friction.turning,
-                "rolling": friction.rolling,
-                "torsion": friction.torsion,
-            }
         mass = np.empty((nv, nv))
         mujoco.mj_fullM(model, data, mass)
-        equalities = listing.rows[: listing.equalities]
-        found = solve_matrices(
-            mass, self._parent, v, equalities, equalities @ v, J.reshape(-1, nv),
-            Contacts(tangential=np.zeros(len(which)), models=friction.models, **given), self._law,
+        listed = solve_listed(
+            listing, which, data.efc_J, mass, self._parent, v, e, contact.friction,
+            self._coefficients.friction, self._law,
         )  # fmt: skip
+        found = listed.solution
         is_solved = found.failure == Failure.none
         status = BY_CODE[found.contact.status] if is_solved else Status.NO_SOLUTION
+        J = listed.J.reshape(-1, 3, nv)
         dv, own = found.dv, found.contact.impulse
         if not status.valid:
             dv, own = np.zeros(nv), np.zeros(3 * len(J))
@@ -94,42 +69,11 @@ class ImpactSolver:
             status=status,
             residual=found.contact.residual,
             parts=Parts(
-                model, state, mass, listing.equalities, J, own.reshape(-1, 3), pairs,
-                listing.positions[contacts], data.contact.frame[listing.numbers[contacts]],
-                friction.turning,
+                model, state, mass, data.ne, J, own.reshape(-1, 3), pairs,
+                listing.positions(which[:n]), contact.frame[numbers],
+                np.array(listed.turning, dtype=np.int32),
             ),
         )  # fmt: skip
-
-    def _rows(
-        self, listing: Listing, which: np.ndarray, dims: np.ndarray, turning: np.ndarray
-    ) -> np.ndarray:
-        """(n + k + j, 3, nv) J of contacts, limits, and the turning of contacts."""
-        address = listing.address[which]
-        numbers = address[:, None] + _SLIDING[dims]
-        if len(turning):
-            numbers = np.concatenate([numbers, address[turning, None] + _TURNING[dims[turning]]])
-        J = listing.rows[numbers]
-        if (dims == 1).any():
-            J[: len(which)][dims == 1, :2] = 0.0
-        if len(turning):
-            J[len(which) :][dims[turning] == 4, :2] = 0.0
-        return J
-
-    def _friction(self, given: np.ndarray, dims: np.ndarray) -> _Friction:
-        """Friction of contacts from MuJoCo's five numbers (n, 5), and of limits."""
-        n, slides = len(given), np.zeros((len(dims), 2))
-        mu = self._coefficients.friction
-        slides[:n] = given[:, :2] if mu is None else mu
-        slides[dims == 1] = 0.0
-        models: list[Any] = []
-        if (slides[:, 0] != slides[:, 1]).any():
-            models = [
-                core_friction(EllipticFriction(a, b) if a != b else a) for a, b in slides.tolist()
-            ]
-        turning = (dims > 3).nonzero()[0].astype(np.int32)
-        own = given[turning]
-        rolling = np.where(dims[turning] == 6, 0.5 * (own[:, 3] + own[:, 4]), 0.0)
-        return _Friction(slides.max(axis=1), models, turning, rolling, own[:, 2].copy())
 
     def _restitution(self, pairs: np.ndarray, approach: np.ndarray, n: int) -> np.ndarray:
         e = np.full(len(pairs), self._limits)
