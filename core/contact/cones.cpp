@@ -69,11 +69,11 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
     Held held(s, arena);
     if (!solve_from_sticking(s, held, own, solution.steps, arena)) {
         std::fill(own, own + s.rows, 0.0);
-        start_without_noise(s, own, solution.steps, arena);
-        solve_redundant(s, own, solution.steps, arena);
-        find_shares(s, own, shares, arena);
+        start_without_noise(s, held, own, solution.steps, arena);
+        solve_redundant(s, held, own, solution.steps, arena);
+        find_shares(s, own, held, shares, arena);
     } else if (held.is_redundant()) {
-        find_shares(s, own, shares, arena);
+        find_shares(s, own, held, shares, arena);
     }
     clear_open(s, own, arena);
     solution.residual = residual_of(s, own, arena);

@@ -51,6 +51,7 @@ void factor_held(const ConeSystem& s, Held& held, Arena& arena) {
                 s.A[held.rows[i] * s.rows + held.rows[j]] / (held.root[i] * held.root[j]);
     held.rank = factor_pivoted(held.factor, n, held.order, tolerance::dependent);
     null_projector(held.factor, held.order, n, held.rank, held.projector, arena);
+    held.is_factored = true;
 }
 
 // P of all held rows sticking. Of what can be shared it is the least in the metric D, of equally
@@ -89,8 +90,9 @@ bool holds_as_thought(const ConeSystem& s, const double* P, const double* xi, He
     std::copy(held.rows, held.rows + count, before);
     held.count = held_rows(s, P, xi, 0.0, held.rows);
     int* end = held.rows + held.count;
-    if (held.rank == count) return std::includes(before, before + count, held.rows, end);
-    return held.count == count && std::equal(held.rows, end, before);
+    held.is_factored = held.count == count && std::equal(held.rows, end, before);
+    return held.is_factored ||
+           (held.rank == count && std::includes(before, before + count, held.rows, end));
 }
 
 // P by Newton's method on ξ + D^½ N D^½ P with N of what is held. Where it is zero both parts are,
@@ -134,21 +136,26 @@ bool solve_from_sticking(const ConeSystem& s, Held& held, double* P, int& steps,
     return !is_redundant && solve_evenly(s, held, P, steps, arena);
 }
 
-void find_shares(const ConeSystem& s, const double* P, double* shares, Arena& arena) {
+void find_shares(const ConeSystem& s, const double* P, Held& held, double* shares, Arena& arena) {
     Arena::Scope scope(arena);
     double* xi = arena.allocate(s.rows);
-    Held held(s, arena);
+    int* touching = arena.allocate_int(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
-    held.count = held_rows(s, P, xi, tolerance::at_rest, held.rows);
-    factor_held(s, held, arena);
-    for (int i = 0; i < held.count; ++i) shares[held.rows[i]] = held.projector[i * held.count + i];
+    const int count = held_rows(s, P, xi, tolerance::at_rest, touching);
+    if (!held.is_factored ||
+        !std::equal(touching, touching + count, held.rows, held.rows + held.count)) {
+        std::copy(touching, touching + count, held.rows);
+        held.count = count;
+        factor_held(s, held, arena);
+    }
+    for (int i = 0; i < count; ++i) shares[touching[i]] = held.projector[i * count + i];
 }
 
-bool solve_redundant(const ConeSystem& s, double* P, int& steps, Arena& arena) {
+bool solve_redundant(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
     double *soft = arena.allocate(m, m), *softer = arena.allocate(m), *xi = arena.allocate(m);
-    Held held(s, arena);
+    held.is_factored = false;
     add_to_diagonal(s, 2.0 * tolerance::compliance, soft);
     bool solved = solve_from(s, soft, P, steps, arena);
     std::copy(P, P + m, softer);
@@ -175,7 +182,7 @@ bool solve_redundant(const ConeSystem& s, double* P, int& steps, Arena& arena) {
     return solved;
 }
 
-void start_without_noise(const ConeSystem& s, double* P, int& steps, Arena& arena) {
+void start_without_noise(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     ConeSystem clear = s;
     clear.b = arena.allocate(s.rows);
@@ -186,7 +193,7 @@ void start_without_noise(const ConeSystem& s, double* P, int& steps, Arena& aren
         clear.b[i] = is_noise ? 0.0 : s.b[i];
         is_noisy = is_noisy || is_noise;
     }
-    if (is_noisy) solve_redundant(clear, P, steps, arena);
+    if (is_noisy) solve_redundant(clear, held, P, steps, arena);
 }
 
 }  // namespace impulsekit

@@ -8,6 +8,7 @@ namespace impulsekit {
 // Held rows, and the pivoted factor of their D^-½ A D^-½, D the shares of a compliance.
 struct Held {
     int count = 0, rank = 0;
+    bool is_factored = false;  // the factor is that of these rows
     int *rows = nullptr, *order = nullptr;
     double *root = nullptr, *factor = nullptr;  // D^½ (count), (count, count)
     double* projector = nullptr;                // (count, count) N onto its null space
@@ -30,14 +31,14 @@ bool solve_from_sticking(const ConeSystem& s, Held& held, double* P, int& steps,
 // answer of W + g 1 for g → 0, which holds what a small g holds. Where it holds something else it
 // is extrapolated from two small g. Proximal steps, W + g 1 beside b − g P of the step before, then
 // bring that to an answer of W itself.
-bool solve_redundant(const ConeSystem& s, double* P, int& steps, Arena& arena);
+bool solve_redundant(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena);
 
 // P of velocities without what rounding of a motion left of them, as a start: where several answers
 // are lawful the one of a symmetric impact is symmetric.
-void start_without_noise(const ConeSystem& s, double* P, int& steps, Arena& arena);
+void start_without_noise(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena);
 
 // (rows) the square of each held row in the null space of all of them: what can be shared
 // otherwise. What touches without load could bear some.
-void find_shares(const ConeSystem& s, const double* P, double* shares, Arena& arena);
+void find_shares(const ConeSystem& s, const double* P, Held& held, double* shares, Arena& arena);
 
 }  // namespace impulsekit
