@@ -59,9 +59,8 @@ void solve_scene(const Scene& scene, const ContactLaw& law, const GivenState& gi
 void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
                        double* to) {
     const StateRows::Point& own = rows.points[point];
-    const Contact& contact = scene.contacts[own.entry];
-    if (contact.kind == Contact::stop) {
-        to[0] += rows.J[(3 * point + 2) * scene.model->nv + contact.v] * P[2];
+    if (scene.contacts[own.entry].kind == Contact::stop) {
+        to[0] += own.sign * P[2];
         return;
     }
     for (int j = 0; j < 3; ++j)

@@ -98,14 +98,14 @@ double time_to(double gap, double rate, double acceleration) {
 // along the normal: every point by g + ġ t − A t²/2. In the other's frame; `turn` brings the
 // hull's axes there. `slowest`: the rate of those that are there now.
 double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double gap,
-                 const Vec& velocity, const Vec& spin, double acceleration, double rounding,
-                 double& slowest) {
+                 const GapState& at, double acceleration, double& slowest) {
     gap = std::max(gap, 0.0);
+    const double rounding = 4.0 * at.rounding;
     const Vec own = back(turn, normal);
     double lowest = INFINITY, free = INFINITY;
     for (const Vec& p : hull.points) lowest = std::min(lowest, dot(own, p));
     for (const Vec& p : hull.points) {
-        const double rate = dot(normal, velocity + cross(spin, turn * p)),
+        const double rate = dot(normal, at.velocity + cross(at.spin, turn * p)),
                      over = gap + dot(own, p) - lowest;
         free = std::min(free, time_to(over, rate, acceleration));
         if (over <= rounding) slowest = std::min(slowest, rate);
@@ -235,11 +235,10 @@ void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const
                 const Mat& frame = is_first ? pb.rotation : pa.rotation;
                 const Mat& own = is_first ? pa.rotation : pb.rotation;
                 const Mat turn{back(frame, own.x), back(frame, own.y), back(frame, own.z)};
-                free =
-                    std::min(free, free_time(is_first ? one : two, turn,
-                                             back(frame, near.normal) * (is_first ? 1.0 : -1.0),
-                                             near.gap - ahead->base, found.velocity, found.spin,
-                                             ahead->acceleration, 4.0 * found.rounding, slowest));
+                free = std::min(
+                    free, free_time(is_first ? one : two, turn,
+                                    back(frame, near.normal) * (is_first ? 1.0 : -1.0),
+                                    near.gap - ahead->base, found, ahead->acceleration, slowest));
             }
             if (!(near.gap < found.gap)) continue;
             found.gap = near.gap;
@@ -408,8 +407,8 @@ void ContactGaps::friction_axis(const Tree<double>& tree, const RestingContact& 
 }
 
 void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, const double* q,
-                       const double* v, double* J, double* turning, double* bias,
-                       double* turning_bias, bool in_units) const {
+                       const double* v, const RestRows& to, bool in_units) const {
+    const auto [J, turning, bias, turning_bias] = to;
     const int nv = scene_->model->nv;
     const Gap& gap = gaps_[point.gap];
     const Contact& contact = scene_->contacts[gap.entry];

@@ -79,6 +79,13 @@ struct Ahead {
     double base = 0.0, acceleration = 0.0;
 };
 
+// Where rows (3, nv) of a resting point are written, and where they are not null those of its
+// turning, and the rates (3) of both.
+struct RestRows {
+    double* J;
+    double *turning = nullptr, *bias = nullptr, *turning_bias = nullptr;
+};
+
 class ContactGaps {
   public:
     ContactGaps(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
@@ -106,8 +113,7 @@ class ContactGaps {
     // where asked for; the tree with places and twists, for rates with those of bodies as well.
     // `in_units`: of an ellipse of friction tangents have its semi-axes as units.
     void rows(const Tree<double>& tree, const RestingContact& point, const double* q,
-              const double* v, double* J, double* turning, double* bias, double* turning_bias,
-              bool in_units = true) const;
+              const double* v, const RestRows& to, bool in_units = true) const;
     // True if friction goes by an ellipse, whose semi-axes are units of the tangents.
     bool is_elliptic(int entry) const;
 

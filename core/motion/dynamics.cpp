@@ -202,9 +202,9 @@ void Dynamics::write_rest_rows(const double* q, const double* v, const RestingSt
     for (int i = 0; i < n; ++i) {
         const bool turns = next < k && turning_points[next] == i;
         const int row = 3 * (n + next);
-        contact_gaps.rows(tree, rest.points[i], q, v, J_.data() + 3 * i * nv,
-                          turns ? J_.data() + row * nv : nullptr, bias_.data() + 3 * i,
-                          turns ? bias_.data() + row : nullptr);
+        contact_gaps.rows(tree, rest.points[i], q, v,
+                          {J_.data() + 3 * i * nv, turns ? J_.data() + row * nv : nullptr,
+                           bias_.data() + 3 * i, turns ? bias_.data() + row : nullptr});
         next += turns;
     }
     int row = 3 * (n + k);

@@ -208,8 +208,8 @@ void Motion::margins(const Step& step, double at, std::vector<double>& found) {
     found.insert(found.end(), tears.begin(), tears.end());
     for (const RestingContact& point : rest_.points) {
         const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
-        dynamics_.contact_gaps.rows(tree, point, q, v, J.data(), turns ? turning.data() : nullptr,
-                                    nullptr, nullptr);
+        dynamics_.contact_gaps.rows(tree, point, q, v,
+                                    {J.data(), turns ? turning.data() : nullptr});
         const double first = along(J.data()), second = along(J.data() + nv());
         found.push_back(point.slip.moves
                             ? point.slip.direction[0] * first + point.slip.direction[1] * second
@@ -355,8 +355,8 @@ void Motion::stop_slips() {
     const double none = 1e-9 * fastest;
     for (RestingContact& point : rest_.points) {
         const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v, J.data(),
-                                    turns ? turning.data() : nullptr, nullptr, nullptr);
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v,
+                                    {J.data(), turns ? turning.data() : nullptr});
         const auto stop = [&](SlipState& slip_state, const double* row, int size) {
             if (!slip_state.moves || slip_state.begins()) return;
             const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,

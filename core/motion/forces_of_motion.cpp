@@ -102,8 +102,7 @@ std::vector<double> ForcesOfMotion::gap_row(int gap, const double* q, const doub
     RestingContact point;
     point.gap = gap;
     std::vector<double> J(3 * model_.nv), turning(3 * model_.nv);
-    dynamics_.contact_gaps.rows(dynamics_.tree, point, q, v, J.data(), turning.data(), nullptr,
-                                nullptr);
+    dynamics_.contact_gaps.rows(dynamics_.tree, point, q, v, {J.data(), turning.data()});
     return std::vector<double>(J.end() - model_.nv, J.end());
 }
 

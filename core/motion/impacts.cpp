@@ -70,8 +70,8 @@ void Motion::write_rows(const std::vector<RestingContact>& points, std::vector<d
     for (std::size_t i = 0; i < points.size(); ++i) {
         const bool turns = dynamics_.contact_gaps.gaps()[points[i].gap].turns;
         dynamics_.contact_gaps.rows(
-            dynamics_.tree, points[i], y.data(), y.data() + nq(), J.data() + 3 * i * nv(),
-            turns ? J.data() + 3 * next * nv() : nullptr, nullptr, nullptr, in_units);
+            dynamics_.tree, points[i], y.data(), y.data() + nq(),
+            {J.data() + 3 * i * nv(), turns ? J.data() + 3 * next * nv() : nullptr}, in_units);
         next += turns;
     }
 }
@@ -247,8 +247,8 @@ bool Motion::release_unloaded() {
     double size = 0.0;
     for (const RestingContact& point : rest_.points) {
         double bias[3], more[3];
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v, J.data(), turning.data(),
-                                    bias, more);
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v,
+                                    {J.data(), turning.data(), bias, more});
         for (int j = 0; j < 3; ++j) bias[j] += sum_of(J.data() + j * nv(), a.data(), nv());
         size = std::max({size, std::abs(bias[0]), std::abs(bias[1]), std::abs(bias[2])});
         opening.push_back(bias[2]);

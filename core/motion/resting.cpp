@@ -141,9 +141,9 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
     for (const RestingContact& point : parted) {
         double bias[3], more[3];
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), y.data() + nq(), own.data(),
-                                    gap.turns ? own_turning.data() : nullptr, bias,
-                                    gap.turns ? more : nullptr);
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), y.data() + nq(),
+                                    {own.data(), gap.turns ? own_turning.data() : nullptr, bias,
+                                     gap.turns ? more : nullptr});
         const double speed = sum_of(own.data() + 2 * nv(), y.data() + nq(), nv()),
                      pull = sum_of(own.data() + 2 * nv(), rate_.data() + nq(), nv()) + bias[2];
         if (!(pull < 0.0 && speed > 0.0)) continue;

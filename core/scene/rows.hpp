@@ -22,7 +22,8 @@ struct ContactFrame {
     Vec3<S> place, other_place;  // of both ends, which differ for a rope
     S gap{};
     bool closed[Number<S>::lanes];
-    int feature = -1;  // of bodies of any shapes: where the names of its points begin
+    int feature = -1;   // of bodies of any shapes: where the names of its points begin
+    double sign = 1.0;  // of a stop: −1 at its upper limit
 };
 
 template <typename S>
@@ -161,6 +162,7 @@ class Rows {
         p.first = t.first;
         p.other = t.other;
         p.of_bodies = t.of_bodies;
+        p.sign = t.sign;
         p.end = get(t.place, k);
         p.other_end = get(t.other_place, k);
         if (t.feature >= 0) p.feature = features[t.feature + k];
@@ -475,6 +477,7 @@ class Rows {
         if (std::isinf(limit)) return;
         ContactFrame<S>& t = new_contact_frame(entry);
         t.gap = (q[contact.q] - limit) * sign;
+        t.sign = sign;
         close(t, limit);
         last_rows(J)[2 * nv() + contact.v] = number<S>(sign);
     }

@@ -132,6 +132,7 @@ struct StateRows {
         double ellipse[2] = {1.0, 0.0};       // first axis of elliptic friction in the tangents
         Vec3<double> end, other_end;          // both ends where the tree has its places
         Feature feature;                      // of bodies of any shapes
+        double sign = 1.0;                    // of a stop: −1 at its upper limit
     };
     std::vector<double> A, target;  // (rows, nv), (rows)
     // (rows) length of the whole vector over that of its longest axis among the rows.

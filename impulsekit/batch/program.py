@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .._core import ContactLaw, Load
+from .._core import Link, Load
+from .._core import Program as CoreProgram
 from ..impact.flat.law import contact_law
 from ..impact.flat.model import inertia_numbers
 from ..impact.flat.scene import FlatScene, flat_scene
@@ -41,19 +42,13 @@ class Program:
 
     Attributes:
         flat: what holds and touches the robot.
-        law: the law, and the coefficients of contacts.
-        is_regular: whether the mass matrix is singular at no configuration.
-        joints: the body behind each joint.
-        links: the body and the mass centre of each link.
+        core: that, and what is asked of joints and links.
         frames: of each contact whose point varies, its frame in the joint.
         plan: how it is solved.
     """
 
     flat: FlatScene
-    law: ContactLaw
-    is_regular: bool
-    joints: list[int]
-    links: list[tuple[int, np.ndarray]]
+    core: CoreProgram
     frames: tuple[Any, ...]
     plan: BatchPlan
 
@@ -92,12 +87,19 @@ def _made(scene: Scene, links: Sequence[str], pointed: Sequence[int]) -> Program
     flat.core.vary_points(list(pointed))
     named = [cast("Contact", scene.contacts[i]).frame for i in pointed]
     frames = [robot.model.frames[robot.frame_id(name)] for name in named]
-    return Program(
-        flat,
+    core = CoreProgram(
+        flat.core,
         contact_law(scene),
         bool(robot.nv == 0 or robot.is_always_regular),
         list(model.bodies[1:]),
-        [(model.bodies[link.joint_id], np.array(link.com_in_joint)) for link in robot.links],
+        [
+            Link(body=model.bodies[link.joint_id], centre=np.array(link.com_in_joint))
+            for link in robot.links
+        ],
+    )
+    return Program(
+        flat,
+        core,
         tuple(frame.placement for frame in frames),
         _plan(scene, flat),
     )

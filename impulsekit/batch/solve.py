@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core import solve_batch as core_batch
 from ..errors import InputError, UnknownNameError, a_thing, check_kind, warn_of_setup
 from ..errors.calls import public
 from ..impact.doubts import doubts_of_state
@@ -141,11 +140,8 @@ def run(
     shapes = {name: (inputs.size, *shape_of(scene, name)) for name in (*outputs, *looked_at)}
     arrays = {name: np.empty(shape) for name, shape in shapes.items()}
     codes = np.zeros(inputs.size, dtype=np.int8)
-    core_batch(
-        program.flat.core, program.law, program.is_regular, program.joints, program.links,
-        {**_given(program, inputs), **given}, inputs.codes, {**arrays, **found}, codes,
-        _threads(threads), tell,
-    )  # fmt: skip
+    asked = {**_given(program, inputs), "codes": inputs.codes, **given}
+    program.core.solve(asked, {**arrays, "codes": codes, **found}, _threads(threads), tell)
     failed = (codes >= int(Status.NOT_FINITE)) & (codes != int(Status.NEARLY_DEPENDENT))
     if failed.any():
         for array in arrays.values():

@@ -144,6 +144,12 @@ CASES: dict[str, Callable[[], Case]] = {
     "the ground touches the robot": lambda: scene(
         solo(), contacts=[ik.Contact("world", [0.1, 0, 0], [0, 0, -1], against="FR_FOOT")]
     ),
+    "joints at their stops alone": lambda: scene(
+        panda(), spread=0.5, contacts=[
+            ik.JointStop("panda_joint1", lower=-0.1, upper=0.1, restitution=0.3),
+            ik.JointStop("panda_joint2", lower=-0.1, upper=0.1, restitution=0.5),
+        ],
+    ),
     "a planar loop closed twice": lambda: scene(
         four_bar(), spread=0.5, impulses=[PUSH], constraints=[LOOP, LOOP]
     ),

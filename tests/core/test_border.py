@@ -27,9 +27,9 @@ def solve(**changed):
     outputs = {"v_after": np.zeros((3, 6))}
     for name, value in changed.items():
         (arrays if name in arrays else outputs)[name] = value
-    known, codes = np.zeros(3, dtype=np.int8), np.zeros(3, dtype=np.int8)
-    law = _core.ContactLaw(_core.Law(), [])
-    _core.solve_batch(scene, law, False, [], [], arrays, known, outputs, codes, 1, None)
+    arrays["codes"], outputs["codes"] = np.zeros((2, 3), dtype=np.int8)
+    program = _core.Program(scene, _core.ContactLaw(_core.Law(), []), False, [], [])
+    program.solve(arrays, outputs, 1, None)
     return outputs["v_after"]
 
 
