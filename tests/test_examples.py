@@ -20,7 +20,7 @@ SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 LONG = ("draw_figure_2", "draw_figure_3", "replay_thrown_ball", "struck_four_bar")
 
 # Print a report, whose tables are wider than a line of a script's own.
-REPORTS = ("car_crash", "which_law")
+REPORTS = ("car_crash", "dropped_phone", "which_law")
 # Made for the motion that follows; at its start nothing strikes yet, and solve says so.
 STARTS_APART = ("cube_tosses", "dropped_ball", "dropped_solo12")
 

@@ -34,6 +34,7 @@ OUTPUTS = (
     "normal_components",
     "gaps",
     "uniqueness",
+    "outcome_bounds",
 )
 
 
@@ -50,6 +51,8 @@ def shape_of(scene: Scene, name: str) -> tuple[int, ...]:
         return (sum(len(rows.labels) for rows in held),)
     if name == "reactions":
         return (scene.robot.model.njoints - 1, 6)
+    if name == "outcome_bounds":
+        return (2, scene.robot.nv)
     if name == "bodies":
         return (len(scene.robot.links), 6)
     return (scene.robot.nv,)
@@ -161,6 +164,15 @@ class ImpactBatch(Displayed):
         proven, 2 if others were found: ``solve`` of the row gives them, in ``impact.uniqueness``.
         """
         return self._asked("uniqueness")
+
+    @property
+    def outcome_bounds(self) -> np.ndarray:
+        """(B, 2, nv) the least and the largest v⁺ in any order and shares of the contacts.
+
+        Inner bounds, as ``Outcomes.bounds`` of 512 samples and a short search; NaN where no process
+        comes to its end.
+        """
+        return self._asked("outcome_bounds")
 
     @property
     def valid(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The scene of one row of a batch, and what needs it: verdicts on uniqueness, and motions."""
+"""The scene of one row of a batch, and what needs it: uniqueness, bounds of outcomes, motions."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..impact.all_outcomes import outcome_bounds
 from ..impact.solver import solve_without_warnings
 from ..impact.status import BY_CODE
 from ..scene import Scene
@@ -15,7 +16,7 @@ from .inputs import BatchInputs, of_row
 from .masses import scaled_robot
 from .result import VERDICTS
 
-__all__ = ["scene_of_row", "varies", "verdicts_of"]
+__all__ = ["bounds_of", "scene_of_row", "varies", "verdicts_of"]
 
 
 def verdicts_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndarray:
@@ -28,6 +29,17 @@ def verdicts_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndar
         own = scene_of_row(scene, inputs, row) if rows_differ else scene
         impact = solve_without_warnings(own, *inputs.state(row))
         found[row] = VERDICTS.index(impact.uniqueness.verdict)
+    return found
+
+
+def bounds_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndarray:
+    """(B, 2, nv) the least and largest v⁺ of each row's outcomes; NaN of rows not valid."""
+    rows_differ = varies(scene, inputs)
+    found = np.full((inputs.size, 2, scene.robot.nv), np.nan)
+    for row in range(inputs.size):
+        if BY_CODE[int(codes[row])].valid:
+            own = scene_of_row(scene, inputs, row) if rows_differ else scene
+            found[row] = outcome_bounds(solve_without_warnings(own, *inputs.state(row)))
     return found
 
 

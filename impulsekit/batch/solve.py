@@ -21,7 +21,7 @@ from .program import Program, is_new, program_of
 from .progress import shown
 from .remote import computed, is_lazy, solve_lazily
 from .result import OUTPUTS, ImpactBatch, shape_of
-from .rows import verdicts_of
+from .rows import bounds_of, verdicts_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -73,8 +73,9 @@ def solve_batch(
         outputs: the results to compute: "v_after", "dv", "generalized_impulse", "energy_change",
             "contact_impulses", "constraint_impulses", "normal_components", "gaps" (of the contacts
             that touch), "reactions" (what each moving joint carries), "bodies" (how each link
-            moves), "uniqueness" (whether other v⁺ obey the law as well; this one searches row by
-            row). The status is always computed.
+            moves), "uniqueness" (whether other v⁺ obey the law as well), "outcome_bounds" (v⁺ in
+            any order and shares of the contacts); these two search row by row. The status is
+            always computed.
         progress: True for a progress bar on stderr, or a function of (rows done, rows in total).
         threads: number of threads; by default all that the process may use.
         client: a ``distributed.Client`` whose workers solve the rows. Without it, if any
@@ -148,6 +149,8 @@ def run(
             array[failed] = np.nan
     if "uniqueness" in arrays:
         arrays["uniqueness"] = verdicts_of(scene, inputs, codes)
+    if "outcome_bounds" in arrays:
+        arrays["outcome_bounds"] = bounds_of(scene, inputs, codes)
     doubts = tuple(_open_contacts(scene, arrays["gaps"])) if looked_at else ()
     lock(*arrays.values(), codes)
     chosen = {name: arrays[name] for name in outputs}

@@ -27,6 +27,7 @@ AXES = {
     "constraint_impulses": ("constraint_row",),
     "reactions": ("joint", "wrench"),
     "bodies": ("link", "twist"),
+    "outcome_bounds": ("bound", "speed"),
 }
 
 
@@ -39,6 +40,7 @@ def batch_table(outputs: Mapping[str, np.ndarray], scene: Scene | None) -> Any:
         "axis": ["x", "y", "z"],
         "normal": ["before", "after", "impulse"],
         "wrench": ["fx", "fy", "fz", "mx", "my", "mz"],
+        "bound": ["least", "largest"],
         "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
     }
     if scene is not None:

@@ -3,7 +3,8 @@
 response ─┬► ImpactEllipsoid         effective mass of a point, by direction
           ├► least_blow              the least impulse for a desired velocity change
           ├► centre_of_percussion    what a joint carries, where a blow spares it
-          └► worst_case              the largest load over a box of coefficients and poses
+          ├► worst_case              the largest load over a box of coefficients and poses
+          └► distribution            quantiles of anything over such a box, in any order
 fit         coefficients and inertias from measured velocity jumps
 """
 

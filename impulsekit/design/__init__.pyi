@@ -4,6 +4,8 @@ from .centre_of_percussion import centre_of_percussion as centre_of_percussion
 from .centre_of_percussion import reaction_map as reaction_map
 from .centre_of_percussion import spare_joint as spare_joint
 from .centre_of_percussion import worst_blow as worst_blow
+from .distribution import Distribution as Distribution
+from .distribution import distribution as distribution
 from .fit import Fit as Fit
 from .fit import Measurement as Measurement
 from .fit import fit_impacts as fit_impacts

@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,12 +17,11 @@ from ..errors.calls import public
 from ..formatting import OneLine
 from ..robot import state
 from ..scene import Scene
-from ..scene.numbers import number
+from .box import Box, bounds_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from ..robot import Robot
 
 # [rad] Where the search along a direction ends: the worst case is flat there.
 LEAST_STEP = 1e-4
@@ -30,8 +29,6 @@ LEAST_STEP = 1e-4
 GOLDEN = 0.618
 # Of a box with more sides not all corners are solved.
 MOST_CORNERS = 1024
-# No larger friction is asked about: it holds all.
-MOST_FRICTION = 1e9
 
 
 @public
@@ -117,16 +114,17 @@ def worst_impact(
     if kind not in ("force", "couple"):
         raise RangeError.of("kind", kind, '"force" or "couple"')
     part = slice(0, 3) if kind == "force" else slice(3, 6)
-    box = _Box(scene, place, moving, _bounds(robot, restitution, friction, pose or {}))
+    bounds = bounds_of(robot, "worst_impact", restitution, friction, pose or {})
+    box = _Reactions(scene, place, moving, bounds)
     x, most = _worst(box, samples, robot.joint_id(joint) - 1, part)
     solved, refused = box.solved, box.refused
-    q, coefficients = box.at(x[None])
+    q, _, coefficients = box.at(x[None])
     reaction = box.reactions(x[None])[0, robot.joint_id(joint) - 1]
     e, mu = (coefficients.get(name, [None])[0] for name in ("restitution", "friction"))
     return WorstImpact(joint, most, e, mu, q[0], reaction, solved, refused)
 
 
-def _worst(box: _Box, samples: int, row: int, part: slice) -> tuple[np.ndarray, float]:
+def _worst(box: _Reactions, samples: int, row: int, part: slice) -> tuple[np.ndarray, float]:
     """Return the point of the box with the largest reaction of a joint, and its size."""
 
     def sizes(points: np.ndarray) -> np.ndarray:
@@ -158,70 +156,18 @@ def _worst(box: _Box, samples: int, row: int, part: slice) -> tuple[np.ndarray, 
     return x, most
 
 
-# By "restitution", "friction", or the entry of q that is offset.
-_Bounds = dict[str | int, tuple[float, float]]
+class _Reactions(Box):
+    """The reactions of joints over a box, and how many impacts were solved and refused."""
 
-
-def _bounds(
-    robot: Robot,
-    restitution: Sequence[float] | None,
-    friction: Sequence[float] | None,
-    pose: Mapping[str, Sequence[float]],
-) -> _Bounds:
-    found: _Bounds = {}
-    if restitution is not None:
-        found["restitution"] = _interval("restitution", restitution, 0.0, 1.0)
-    if friction is not None:
-        found["friction"] = _interval("friction", friction, 0.0, MOST_FRICTION)
-    for name, ends in pose.items():
-        entry = robot.model.joints[robot.joint_id(name)]
-        if entry.nq != 1:
-            raise InputError(f'pose: joint "{name}" has no single coordinate')
-        found[int(entry.idx_q)] = _interval(f'pose["{name}"]', ends, -math.inf, math.inf)
-    if not found:
-        raise InputError("worst_impact: give restitution=, friction= or pose= to vary")
-    return found
-
-
-def _interval(name: str, ends: Sequence[float], least: float, most: float) -> tuple[float, float]:
-    if len(ends) != 2:
-        raise RangeError.of(name, ends, "two numbers, low and high")
-    low, high = (number(x, name) for x in ends)
-    if not least <= low <= high <= most:
-        raise RangeError.of(name, (low, high), f"low <= high within {least:g} to {most:g}")
-    return low, high
-
-
-class _Box:
-    """The reactions of joints, for points of the unit cube that stands for the box."""
-
-    def __init__(self, scene: Scene, q: np.ndarray, v: np.ndarray, bounds: _Bounds) -> None:
-        self._scene, self._q, self._v, self.bounds = scene, q, v, bounds
-        self.solved = self.refused = 0
-
-    def at(self, points: np.ndarray) -> tuple[np.ndarray, dict[str, Any]]:
-        """Return the configurations at (K, n) points, and by kind the coefficients."""
-        q, coefficients = np.tile(self._q, (len(points), 1)), dict[str, Any]()
-        for t, (key, (low, high)) in zip(points.T, self.bounds.items(), strict=True):
-            values = low + t * (high - low)
-            if isinstance(key, str):
-                coefficients[key] = values.tolist()
-            else:
-                q[:, key] += values
-        return q, coefficients
+    solved = refused = 0
 
     def reactions(self, points: np.ndarray) -> np.ndarray:
         """Return (K, joints, 6) reactions at (K, n) points; NaN where an impact is not valid."""
-        q, coefficients = self.at(points)
-        named = zip(self._scene.entry_names("contacts"), self._scene.contacts, strict=True)
-        entries = dict(named)
-        varied: dict[str, Any] = {
-            kind: {name: values for name, entry in entries.items() if hasattr(entry, kind)}
-            for kind, values in coefficients.items()
-        }
+        q, _, coefficients = self.at(points)
+        varied = self.by_contact(coefficients)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SetupWarning)
-            batch = solve_batch(self._scene, q, self._v, outputs=("reactions",), **varied)
+            batch = solve_batch(self.scene, q, self.v, outputs=("reactions",), **varied)
         self.solved += len(points)
         self.refused += int((~batch.valid).sum())
         return np.where(batch.valid[:, None, None], batch.reactions, np.nan)

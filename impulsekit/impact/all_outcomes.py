@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from .outcome import Outcome
     from .touched import TouchedAnswer
 
-__all__ = ["LAWS", "Outcomes", "outcomes_of"]
+Kind = TypeVar("Kind", bound="TouchedAnswer")
+
+__all__ = ["LAWS", "Outcomes", "one_outcome", "outcome_bounds", "outcomes_of"]
 
 # Laws whose answers are shown among the outcomes, if they accept the contacts.
 LAWS = {
@@ -42,6 +44,8 @@ LAWS = {
 }
 # Changes of a process that are tried on the way to an extreme.
 TRIES = 256
+# Processes and changes of them for a row of a batch, where time counts.
+BATCH_SAMPLES, BATCH_TRIES = 512, 64
 # Seeds that the core takes.
 MOST_SEED = 2**63 - 1
 # Singular values of a cloud below this share of the largest are rounding: it is flat there.
@@ -221,22 +225,7 @@ class Outcomes(OneLine):
 
     def impact_with(self, impulses: ArrayLike) -> TouchedAnswer:
         """Return the ``Impact`` with other contact impulses (r,), as a row of ``impulses``."""
-        impact, own = self.impact, self._space
-        P = np.array(impulses, dtype=float)
-        free = own.problem.velocity_free
-        u = free + own.problem.delassus @ P
-        works = 0.5 * (P * (free + u)).reshape(-1, 3)
-        contacts = replace(
-            own.contacts, impulse=P, velocity_after=u, status=Status.SOLVED, residual=0.0,
-            unique=None, velocity_start=free, normal_work=works[:, 2],
-            friction_work=works[:, :2].sum(axis=1),
-        )  # fmt: skip
-        multipliers = own.outcome.constraint_impulses + own.multipliers @ (P - own.contacts.impulse)
-        outcome = replace(own.outcome, constraint_impulses=multipliers, contacts=contacts)
-        dv = own.start + own.moved @ P - impact.v_before
-        return type(impact)(
-            impact.scene, np.array(impact.q), np.array(impact.v_before), dv, outcome
-        )
+        return _with_impulses(self.impact, self._space, np.array(impulses, dtype=float))
 
     def _weights(self, given: ArrayLike, what: str) -> np.ndarray:
         numbers, shape = np.asarray(given, dtype=float), self.impact.v_after.shape
@@ -270,18 +259,34 @@ class Outcomes(OneLine):
         return start, {n: np.array([end[n] - start[n] for end in ends]) for n in start}
 
 
+def _with_impulses(impact: Kind, own: _ContactSpace, P: np.ndarray) -> Kind:
+    """The impact with other contact impulses P (r,)."""
+    free = own.problem.velocity_free
+    u = free + own.problem.delassus @ P
+    works = 0.5 * (P * (free + u)).reshape(-1, 3)
+    contacts = replace(
+        own.contacts, impulse=P, velocity_after=u, status=Status.SOLVED, residual=0.0,
+        unique=None, velocity_start=free, normal_work=works[:, 2],
+        friction_work=works[:, :2].sum(axis=1),
+    )  # fmt: skip
+    multipliers = own.outcome.constraint_impulses + own.multipliers @ (P - own.contacts.impulse)
+    outcome = replace(own.outcome, constraint_impulses=multipliers, contacts=contacts)
+    dv = own.start + own.moved @ P - impact.v_before
+    return type(impact)(impact.scene, np.array(impact.q), np.array(impact.v_before), dv, outcome)
+
+
 def _range(rows: np.ndarray) -> np.ndarray:
     return np.array([rows.min(axis=0), rows.max(axis=0)])
 
 
 def _found(
-    problem: ContactProblem, samples: int, directions: np.ndarray, seed: int
+    problem: ContactProblem, samples: int, directions: np.ndarray, seed: int, tries: int = TRIES
 ) -> tuple[np.ndarray, np.ndarray]:
     """(S + K, r) impulses, (S + K,) states."""
     threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     found = find_outcomes(
         np.ascontiguousarray(problem.delassus), np.ascontiguousarray(problem.velocity_free),
-        problem.contacts(), samples, np.ascontiguousarray(directions), TRIES, seed, threads,
+        problem.contacts(), samples, np.ascontiguousarray(directions), tries, seed, threads,
     )  # fmt: skip
     return found.impulses.reshape(-1, len(problem.velocity_free)), found.states.astype(int)
 
@@ -335,6 +340,27 @@ def _space_of(impact: TouchedAnswer) -> _ContactSpace:
             raise InputError(f'outcomes: "{name}" has {what}, which the process has no place for')
     start = impact.v_after - moved @ outcome.contacts.impulse
     return _ContactSpace(problem, outcome, outcome.contacts, moved, multipliers, start)
+
+
+def one_outcome(impact: Kind, seed: int) -> Kind | None:
+    """Return an impact with one outcome in its place; None if friction jams or energy is gained."""
+    if impact.outcome is None or impact.outcome.contacts is None:
+        return impact
+    space = _space_of(impact)
+    P, states = _found(space.problem, 1, np.zeros((0, len(space.contacts.impulse))), seed)
+    return None if states[0] else _with_impulses(impact, space, P[0])
+
+
+def outcome_bounds(impact: TouchedAnswer) -> np.ndarray:
+    """(2, nv) the least and largest v⁺ found in a short search; NaN where no process ends."""
+    if impact.outcome is None or impact.outcome.contacts is None:
+        return np.array([impact.v_after, impact.v_after])
+    space = _space_of(impact)
+    directions = np.vstack([-space.moved, space.moved])
+    P, states = _found(space.problem, BATCH_SAMPLES, directions, 0, BATCH_TRIES)
+    if states.all():
+        return np.full((2, len(space.start)), np.nan)
+    return _range(space.start + P[states == 0] @ space.moved.T)
 
 
 def _answers(space: _ContactSpace) -> dict[str, np.ndarray]:

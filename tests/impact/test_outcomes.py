@@ -69,6 +69,20 @@ def test_three_balls_in_contact_have_one_inelastic_outcome():
     assert found.velocities_after == pytest.approx(np.full((256, 3), 1 / 3), abs=1e-9)
 
 
+def test_a_rocking_block_turns_on_as_housner_says():
+    """Housner 1963: ω⁺/ω⁻ = 1 − 3/2 sin²α of a slender block on its other corner."""
+    text = PHONE.replace("phone", "block")
+    robot = ik.Robot.from_urdf(text, root="planar")
+    feet = [
+        ik.Contact("block", at=[x, -1, 0], normal=[0, 1, 0], friction=1, name=name)
+        for x, name in ((-0.5, "left"), (0.5, "right"))
+    ]
+    # It turns about its left corner.
+    v = [1.0, -0.5, -1.0]
+    found = ik.outcomes(ik.Scene(robot, contacts=feet, gap_bound=9), robot.neutral(), v, samples=64)
+    assert found.velocities_after[:, 2] == pytest.approx(np.full(64, -(1 - 1.5 * 0.2)), abs=1e-9)
+
+
 def problem_of(rng, n, planar):
     """W, u, µ of contacts, J and M⁻¹."""
     nv = int(rng.integers(2 * n if planar else 3 * n, 4 * n))

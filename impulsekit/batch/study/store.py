@@ -57,6 +57,7 @@ _ARRAYS: dict[str, tuple[tuple[str, ...], str]] = {
     "reactions": (("joint", "wrench"), "N s, N m s"),
     "bodies": (("body", "twist"), "m/s, rad/s"),
     "uniqueness": ((), "1"),
+    "outcome_bounds": (("bound", "dof"), "rad/s, m/s"),
     "end": ((), "s"),
     "impact_count": ((), "1"),
     "q": (("q_entry",), "rad, m"),

@@ -7,6 +7,7 @@ from .motions import load_history as load_history
 from .motions import momentum_history as momentum_history
 from .motions import stroboscope as stroboscope
 from .outcomes import outcome_cloud as outcome_cloud
+from .outcomes import spread as spread
 from .overview import overview as overview
 from .results import found_impacts as found_impacts
 from .results import loss_curve as loss_curve

@@ -1,4 +1,4 @@
-"""The outcomes that an impact leaves open, as a cloud with its hull and the laws' answers."""
+"""What an impact leaves open: a cloud of outcomes with its hull, and the spread of a quantity."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from .canvas import AFTER, CYCLE, QUIET, axes_or_new, plain, tidy
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ...design import Distribution
     from ...impact import Outcomes
 
 
@@ -51,4 +52,40 @@ def outcome_cloud(outcomes: Outcomes, x: int = 0, y: int = 1, ax: Axes | None = 
     ax.set_xlabel(plain(f"{speeds[x].title} [{speeds[x].unit}]"))
     ax.set_ylabel(plain(f"{speeds[y].title} [{speeds[y].unit}]"))
     ax.legend(frameon=False)
+    return tidy(ax)
+
+
+@public
+def spread(distribution: Distribution, label: str = "", ax: Axes | None = None) -> Axes:
+    """Draw the share of samples up to each value, of all and of each sequence, with quantiles.
+
+    Args:
+        distribution: of a quantity. label: its name and unit. ax: where to draw; a new figure if
+            None.
+
+    Raises:
+        InputError: no ``Distribution``. MissingExtraError: matplotlib is not installed.
+
+    Example:
+        >>> import numpy as np
+        >>> from impulsekit.design import Distribution
+        >>> found = Distribution(np.random.default_rng(0).normal(size=(8, 64)), 0)
+        >>> spread(found, "load [N s]").get_ylabel()
+        'share of samples'
+    """
+    from ...design import Distribution as SomeDistribution
+
+    check_kind(distribution, SomeDistribution, "spread")
+    ax = axes_or_new(ax)
+    for row in distribution.values:
+        own = np.sort(row[~np.isnan(row)])
+        ax.plot(own, (np.arange(len(own)) + 0.5) / len(own), color=QUIET, linewidth=0.5)
+    every = np.sort(distribution.values[~np.isnan(distribution.values)])
+    ax.plot(every, (np.arange(len(every)) + 0.5) / len(every), color=AFTER)
+    for share in (0.05, 0.5, 0.95):
+        value = distribution.quantile(share)
+        ax.axvline(value, color=CYCLE[1], linewidth=0.8, linestyle="--")
+        ax.annotate(f"{100 * share:g} %: {value:.3g}", (value, share), fontsize="small")
+    ax.set_xlabel(plain(label))
+    ax.set_ylabel("share of samples")
     return tidy(ax)
