@@ -5,6 +5,7 @@
 #include "bind/given_scene.hpp"
 #include "bind/lanes.hpp"
 #include "derivatives/derivatives.hpp"
+#include "scene/joint_axes.hpp"
 
 namespace nb = nanobind;
 
@@ -63,8 +64,7 @@ struct Program {
         for (int joint : joints) check_body(scene.model, joint);
         for (Link& link : links) {
             check_body(scene.model, link.body);
-            const Link own = link;
-            to_body(scene.model, own.body, own.centre, link.centre);
+            to_body(scene.model, link.body, link.centre);
         }
         batch.scene = &scene.scene;
         batch.law = &law;

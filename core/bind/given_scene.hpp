@@ -43,9 +43,5 @@ struct GivenInputs {
 void check_impact(const GivenScene& self, const ContactLaw& law, const SceneImpact& impact);
 
 void check_body(const Model& model, int body);
-// A direction in the axes of a joint, in those of its body.
-void to_body(const Model& model, int body, const double* in, double* out);
-// A site in the axes of a joint, in those of its body.
-Site site_of(const Model& model, const Site& given);
 
 }  // namespace impulsekit

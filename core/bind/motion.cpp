@@ -8,6 +8,7 @@
 
 #include "bind/fields.hpp"
 #include "bind/motion_scene.hpp"
+#include "motion/columns.hpp"
 #include "motion/forces_of_motion.hpp"
 
 namespace nb = nanobind;
@@ -190,44 +191,6 @@ void run_to_impact(Motion& motion, double until, double horizon) {
               [&] { return motion.impacts.size() == known && motion.t < until; });
 }
 
-// The steps of a motion: start, end, begin, length (pieces, 4), y at the beginning, coefficients
-// (pieces, 7, nq + nv), and which resting state each has.
-struct Path {
-    std::vector<double> times, before, shape;
-    std::vector<int> resting_state;
-    std::vector<RestingState> resting_states;
-
-    explicit Path(const Motion& motion) : resting_states(motion.resting_states) {
-        for (const Piece& piece : motion.path) {
-            const Step& s = piece.step;
-            times.insert(times.end(), {s.start, s.end, s.begin, s.length});
-            before.insert(before.end(), s.before.begin(), s.before.end());
-            shape.insert(shape.end(), s.shape.begin(), s.shape.end());
-            resting_state.push_back(piece.resting_state);
-        }
-    }
-};
-
-// Impacts by columns: v before and after, the contacts that take part, and impulses.
-struct ImpactColumns {
-    std::vector<double> times, before, after, impulses;
-    std::vector<int> status;
-    std::vector<char> touching;
-
-    explicit ImpactColumns(const Motion& motion) {
-        const std::size_t contacts = motion.scene().scene.contacts.size();
-        for (const MotionImpact& impact : motion.impacts) {
-            times.push_back(impact.t);
-            status.push_back(static_cast<int>(impact.status));
-            before.insert(before.end(), impact.v.begin(), impact.v.end());
-            after.insert(after.end(), impact.after.begin(), impact.after.end());
-            impulses.insert(impulses.end(), impact.impulses.begin(), impact.impulses.end());
-            touching.resize(touching.size() + contacts);
-            for (int entry : impact.entries) touching[touching.size() - contacts + entry] = 1;
-        }
-    }
-};
-
 std::vector<GapAt> gaps_closed_at_start(Motion& motion) {
     std::vector<GapAt> found;
     for (const auto& [gap, state] : motion.gaps_closed_at_start())
@@ -246,22 +209,6 @@ auto state_at(const Motion& motion, double at) {
     std::vector<double> q(motion.nq()), v(motion.nv());
     motion.state(at, q.data(), v.data());
     return std::make_pair(array_of(q), array_of(v));
-}
-
-// (times, nq + nv) y at times as the steps have it; from the end on the state there.
-std::vector<double> samples(const Motion& motion, const Array& times) {
-    const std::size_t size = motion.nq() + motion.nv();
-    std::vector<double> found(times.size() * size);
-    for (std::size_t i = 0; i < times.size(); ++i)
-        motion.sample(times.data()[i], found.data() + i * size);
-    return found;
-}
-
-std::vector<RestInterval> rests_of(const Motion& motion) {
-    std::vector<RestInterval> found = motion.rests;
-    const std::vector<RestInterval> now = motion.resting();
-    found.insert(found.end(), now.begin(), now.end());
-    return found;
 }
 
 void bind_results(nb::module_& module) {
@@ -329,7 +276,9 @@ void bind_motion(nb::module_& module) {
         .def("state", &state_at, nb::arg("at"))
         .def(
             "samples",
-            [](const Motion& m, const Array& times) { return array_of(samples(m, times)); },
+            [](const Motion& m, const Array& times) {
+                return array_of(samples(m, times.data(), times.size()));
+            },
             nb::arg("times"), nb::rv_policy::move,
             "Return (times, nq + nv) y as the steps have it.")
         .def("resting_state", &Motion::resting_state_at, nb::arg("at"))

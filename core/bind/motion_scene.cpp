@@ -7,6 +7,7 @@
 
 #include "bind/fields.hpp"
 #include "motion/forces_of_motion.hpp"
+#include "scene/joint_axes.hpp"
 
 namespace nb = nanobind;
 
@@ -117,14 +118,14 @@ void add_spring(Given& self, PointSpring force) {
     const Model& model = self.given.model;
     check_body(model, force.first);
     check_body(model, force.other);
-    const PointSpring own = force;
-    to_body(model, own.first, own.point, force.point);
-    to_body(model, own.other, own.other_point, force.other_point);
+    to_body(model, force.first, force.point);
+    to_body(model, force.other, force.other_point);
     add(self, ForceEntry::spring, self.scene->forces.springs, force);
 }
 
 void add_applied(Given& self, AppliedForce force, const nb::object& function) {
-    force.site = site_of(self.given.model, force.site);
+    check_body(self.given.model, force.site.body);
+    force.site = in_body_axes(self.given.model, force.site);
     force.function = Functions(self).force(function, 6);
     add(self, ForceEntry::applied, self.scene->forces.applied, std::move(force));
 }
@@ -204,20 +205,6 @@ void set_gap_functions(Given& self, const nb::object& rows, const nb::object& bi
     for (int entry : conditional) self.scene->conditional.at(entry) = 1;
 }
 
-// Shapes in the axes of a body, which may not be those of its joint.
-std::vector<Shape> in_body(const Model& model, int body, std::vector<Shape> shapes) {
-    const Mat turn = mat3<double>(model.bodies[body].turn);
-    for (Shape& s : shapes) {
-        for (auto* own : {&s.points, &s.face_axes, &s.edge_axes})
-            for (Vec& x : *own) x = back(turn, x);
-        for (Shape::Circle& circle : s.circles) circle.centre = back(turn, circle.centre);
-        for (Face& face : s.faces) face.normal = back(turn, face.normal);
-        for (Vec* x : {&s.axis, &s.across, &s.centre, &s.axes.x, &s.axes.y, &s.axes.z})
-            *x = back(turn, *x);
-    }
-    return shapes;
-}
-
 // The pieces of both bodies of a collision, in the axes of their joints.
 void set_bodies(Given& self, int entry, const std::vector<Shape>& first,
                 const std::vector<Shape>& other) {
@@ -230,7 +217,8 @@ void set_bodies(Given& self, int entry, const std::vector<Shape>& first,
     const int one = turned ? contact.frames.other.body : contact.frames.first.body,
               two = turned ? contact.frames.first.body : contact.frames.other.body;
     const Model& model = self.given.model;
-    self.scene->bodies[entry] = {in_body(model, one, first), in_body(model, two, other), one, two};
+    self.scene->bodies[entry] = {in_body_axes(model, one, first), in_body_axes(model, two, other),
+                                 one, two};
 }
 
 void set_pulls(Given& self, const std::vector<double>& pulls) {

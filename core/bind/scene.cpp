@@ -6,6 +6,7 @@
 
 #include "bind/fields.hpp"
 #include "bind/given_scene.hpp"
+#include "scene/joint_axes.hpp"
 #include "scene/rows.hpp"
 
 namespace nb = nanobind;
@@ -38,32 +39,17 @@ void GivenInputs::check(const GivenScene& self) const {
     }
 }
 
-void to_body(const Model& model, int body, const double* in, double* out) {
-    const Vec3<double> own = back(mat3<double>(model.bodies[body].turn), vec3<double>(in));
-    out[0] = own.x;
-    out[1] = own.y;
-    out[2] = own.z;
-}
-
 void check_body(const Model& model, int body) {
     if (body < 0 || body >= static_cast<int>(model.bodies.size()))
         throw nb::value_error("body: expected the number of a body");
 }
 
+namespace {
+
 Site site_of(const Model& model, const Site& given) {
     check_body(model, given.body);
-    Site site;
-    site.body = given.body;
-    const Mat3<double> turn = mat3<double>(model.bodies[site.body].turn);
-    const Mat3<double> axes = mat3<double>(given.axes);
-    const Vec3<double> x = back(turn, axes.x), y = back(turn, axes.y), z = back(turn, axes.z);
-    const double rows[9] = {x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z};
-    std::copy(rows, rows + 9, site.axes);
-    to_body(model, site.body, given.point, site.point);
-    return site;
+    return in_body_axes(model, given);
 }
-
-namespace {
 
 Pair pair_of(const Model& model, const Pair& given) {
     Pair pair = given;
@@ -119,9 +105,7 @@ void add_contact(GivenScene& self, Contact contact) {
         throw nb::value_error("stop: expected numbers of a coordinate and its degree of freedom");
     if (contact.ellipse_body >= 0) {
         check_body(self.model, contact.ellipse_body);
-        const Vec3<double> along = vec3<double>(contact.along);
-        const double given[3] = {along.x, along.y, along.z};
-        to_body(self.model, contact.ellipse_body, given, contact.along);
+        to_body(self.model, contact.ellipse_body, contact.along);
     }
     if (contact.kind == Contact::functions) ++self.scene.function_contacts;
     self.scene.contacts.push_back(std::move(contact));
@@ -143,18 +127,7 @@ void add_kick(GivenScene& self, int v) {
 void add_load(GivenScene& self, const Load& given) {
     self.check_unused();
     check_body(self.model, given.body);
-    const Mat3<double> turn = mat3<double>(self.model.bodies[given.body].turn);
-    Load load = given;
-    to_body(self.model, load.body, given.moment, load.moment);
-    const Mat3<double> to_own{{turn.x.x, turn.y.x, turn.z.x},
-                              {turn.x.y, turn.y.y, turn.z.y},
-                              {turn.x.z, turn.y.z, turn.z.z}};
-    const double* from = given.inertia;
-    const Sym3<double> i =
-        turned(to_own, Sym3<double>{from[0], from[1], from[2], from[3], from[4], from[5]});
-    const double entries[6] = {i.xx, i.xy, i.xz, i.yy, i.yz, i.zz};
-    std::copy(entries, entries + 6, load.inertia);
-    self.scene.loads.push_back(load);
+    self.scene.loads.push_back(in_body_axes(self.model, given));
 }
 
 void vary_points(GivenScene& self, const std::vector<int>& contacts) {

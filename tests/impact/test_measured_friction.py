@@ -102,3 +102,27 @@ def test_adhesion_beside_a_contact_that_resists_turning():
     total = impact.contacts["cup"].impulse[2] + impact.contacts["pad"].impulse[2]
     assert total == pytest.approx(1.0, abs=1e-12) and impact.v_after[2] == pytest.approx(0.0)
     assert abs(impact.energy.imbalance) < 1e-13 and ik.check(impact).agrees
+
+
+def test_tables_are_the_cores(monkeypatch):
+    """Once a scene is known, states and motions by tables call nothing of Python's."""
+    from impulsekit.models import pendulum_urdf
+
+    def fail(*_):
+        raise AssertionError("a table was called")
+
+    ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
+    slow = ik.FrictionTable([0.0, 1.0], [0.6, 0.2])
+    floor = ik.Contact("ball", restitution=0.5, friction=slow)
+    scene = ik.Scene(ball, contacts=[floor], gravity=[0, 0, -9.81])
+    arm = ik.Robot.from_urdf(pendulum_urdf(1))
+    motor = ik.Scene(arm, forces=[ik.Actuator("joint_1", ik.TorqueTable([0, 1], [1, 3]))])
+    q, v = ball.neutral(), np.array([0.4, 0, -1.0, 0, 2.0, 0])
+    known = ik.solve_batch(scene, q, [v, v]).v_after
+    ik.simulate(scene, q, v, duration=0.4)
+    monkeypatch.setattr(ik.FrictionTable, "__call__", fail)
+    monkeypatch.setattr(ik.TorqueTable, "__call__", fail)
+    np.testing.assert_array_equal(ik.solve_batch(scene, q, [v, v]).v_after, known)
+    assert ik.simulate(scene, q, v, duration=0.4).status.finished
+    motion = ik.simulate(motor, [0.0], [0.0], duration=1.0)
+    np.testing.assert_allclose(motion.forces["forces[0]"].force(0.5), 2.0)
