@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/cones.hpp"
+#include "contact/rest_law.hpp"
 #include "contact/tolerances.hpp"
 #include "integrator/stepper.hpp"
 #include "linalg/dense.hpp"
@@ -12,28 +12,23 @@
 namespace impulsekit {
 namespace {
 
-constexpr int kMostSteps = 4000, kMostChanges = 400;
+constexpr int kMostSteps = 20000;
 // Error of a step, in units in which velocities and mobilities are of size 1.
-constexpr double kError = 1e-13;
-// The longest step, and how near to a change its polynomial leads, in parts of the step: what so
-// many halvings of it come to.
-constexpr double kLongest = 1e3, kNearly = 1e-6;
-constexpr int kHalvings = 20;
-// A change of what a contact does is found to this.
+constexpr double kError = 1e-13, kImplicit = 1000.0;
+// A change of what a contact does along its normal is found to this.
 constexpr double kCrossed = 1e-13;
-// Slip below this keeps the direction in which it began or ends.
+// Friction this near to all that there can be is all.
+constexpr double kTorn = 1e-8;
+// Slip below this is none.
 constexpr double kFaint = 1e-10;
-// A held contact is loaded again where its force rises faster.
-constexpr double kRises = 1e-8;
+// A held contact is loaded again where its force rises in this time.
+constexpr double kAhead = 1e-6;
 // Forces and velocities below this have ended.
 constexpr double kWeak = 1e-12;
 
-// Compliance of redundant contacts beside their mobility; its effect is taken out again.
-constexpr double kCompliance = 1e-6;
-constexpr int kProximal = 4;
-
 enum class Normal { open, loads, unloads, held };
-enum class Tangent { none, slips, sticks };
+// Slip that begins has a way of its own only later.
+enum class Slipping { none, begins, goes_on };
 
 // The state of several contacts while their impulses grow, in units in which the largest velocity,
 // mobility and finite stiffness are 1. y: P (3 n), δ (n), work of normals (n) and of friction (n).
@@ -51,23 +46,23 @@ class LzbState {
           u_(rows_),
           force_(rows_),
           kappa_(n_),
-          direction_(2 * n_, 0.0),
+          from_(n_),
+          way_(2 * n_),
+          last_(2 * n_),
           normal_(n_),
-          tangent_(n_, Tangent::none) {
+          slip_(n_),
+          ended_(n_) {
         double stiffest = 0.0;
         for (int i = 0; i < n_; ++i) {
             for (int k = rubs(i) ? 0 : 2; k < 3; ++k) {
                 speed_ = std::max(speed_, std::abs(free_[3 * i + k]));
                 mobility_ = std::max(mobility_, W_[(3 * i + k) * (rows_ + 1)]);
             }
+            approach_ = std::max(approach_, -free_[3 * i + 2]);
             if (problem.stiffness[i] < INFINITY)
                 stiffest = std::max(stiffest, problem.stiffness[i]);
         }
-        for (int i = 0; i < n_; ++i) {
-            approach_ = std::max(approach_, -free_[3 * i + 2]);
-            kappa_[i] =
-                problem.stiffness[i] < INFINITY ? problem.stiffness[i] / stiffest : INFINITY;
-        }
+        for (int i = 0; i < n_; ++i) kappa_[i] = problem.stiffness[i] / stiffest;
     }
 
     ContactSolution solve() {
@@ -75,7 +70,10 @@ class LzbState {
         if (moves) {
             for (double& w : W_) w /= mobility_;
             for (double& u : free_) u /= speed_;
-            begin();
+            for (int i = 0; i < n_; ++i)
+                normal_[i] = free_[3 * i + 2] > kWeak ? Normal::open
+                             : std::isinf(kappa_[i])  ? Normal::held
+                                                      : Normal::loads;
             run();
         }
         return result(moves);
@@ -83,205 +81,174 @@ class LzbState {
 
   private:
     bool rubs(int i) const { return p_.friction[i] > tolerance::negligible; }
+    bool springs(int i) const {
+        return normal_[i] == Normal::loads || normal_[i] == Normal::unloads;
+    }
+    bool holds(int i) const { return normal_[i] == Normal::held; }
+    bool slips(int i) const { return slip_[i] != Slipping::none; }
     double e2(int i) const { return p_.restitution[i] * p_.restitution[i]; }
     double& depth(int i) { return y_[rows_ + i]; }
+    // Depth per approach: a contact that is restored gives e² of its work.
+    double gives(int i) const {
+        return holds(i) ? 0.0 : normal_[i] == Normal::unloads ? 1.0 / e2(i) : 1.0;
+    }
 
-    void begin() {
+    // F of a spring, or by depth.
+    double spring(int i, double depth, bool slope = false) const {
+        if (!springs(i) || !(depth > 0.0)) return 0.0;
+        const double root = exponent_ == 1.5 ? std::sqrt(depth) : std::pow(depth, exponent_ - 1.0);
+        return kappa_[i] * root * (slope ? exponent_ : depth);
+    }
+
+    // The points that rest: those that are held, and those that are pressed and do not slip.
+    struct Resting {
+        std::vector<int> contact;
+        std::vector<double> W, b, reach, direction, load, rate;
+        std::vector<char> pressed;
+        RestProblem problem;
+    };
+
+    // True if slip keeps the way that it had when the step began: it is too small for a way of its
+    // own, or has passed zero.
+    bool keeps_way(int i) const { return slip_[i] == Slipping::begins || ahead(i) <= 0.0; }
+    // Speed of slip along the way that it had when the step began.
+    double ahead(int i) const {
+        return u_[3 * i] * last_[2 * i] + u_[3 * i + 1] * last_[2 * i + 1];
+    }
+    double slip(int i) const { return rubs(i) ? std::hypot(u_[3 * i], u_[3 * i + 1]) : 0.0; }
+
+    // Velocities, ways of slip, and the forces of springs and of their slip; then what rests.
+    void find_resting(const double* y) {
+        poll(rows_, rows_);
+        multiply(W_.data(), rows_, y, free_.data(), u_.data());
+        std::fill(force_.begin(), force_.end(), 0.0);
+        Resting& r = rest_;
+        r.contact.clear();
         for (int i = 0; i < n_; ++i) {
-            double un = free_[3 * i + 2];
-            normal_[i] = un > kWeak              ? Normal::open
-                         : kappa_[i] == INFINITY ? Normal::held
-                                                 : Normal::loads;
+            const bool keeps = keeps_way(i);
+            for (int k = 0; k < 2; ++k)
+                way_[2 * i + k] = !slips(i) ? 0.0
+                                  : keeps   ? last_[2 * i + k]
+                                            : u_[3 * i + k] / slip(i);
+            const double F = force_[3 * i + 2] = spring(i, y[rows_ + i]);
+            for (int k = 0; k < 2; ++k) force_[3 * i + k] = -p_.friction[i] * F * way_[2 * i + k];
+            if (holds(i) || (F > 0.0 && rubs(i) && !slips(i))) r.contact.push_back(i);
         }
-        rates(y_.data(), nullptr);
-        choose_slips();
-    }
-
-    void velocities(const double* y) { multiply(W_.data(), rows_, y, free_.data(), u_.data()); }
-
-    double spring(int i, double depth) const {
-        if (!(depth > 0.0)) return 0.0;
-        return kappa_[i] *
-               (exponent_ == 1.5 ? depth * std::sqrt(depth) : std::pow(depth, exponent_));
-    }
-
-    // The direction of slip; where it ends or begins the one that it had.
-    void direction(int i, double* s) const {
-        const double *u = u_.data() + 3 * i, *last = direction_.data() + 2 * i;
-        double speed = std::hypot(u[0], u[1]);
-        bool keeps = speed <= kFaint || u[0] * last[0] + u[1] * last[1] <= 0.0;
-        for (int k = 0; k < 2; ++k) s[k] = keeps ? last[k] : u[k] / speed;
+        const int m = static_cast<int>(r.contact.size());
+        if (m == 0) return;
+        r.W.resize(9 * m * m);
+        r.b.resize(3 * m);
+        r.reach.resize(m);
+        r.direction.resize(2 * m);
+        r.load.resize(m);
+        r.pressed.assign(m, 1);
+        for (int a = 0; a < m; ++a) {
+            const int i = r.contact[a];
+            r.reach[a] = rubs(i) ? p_.friction[i] : 0.0;
+            r.load[a] = holds(i) ? NAN : force_[3 * i + 2];
+            for (int k = 0; k < 2; ++k) r.direction[2 * a + k] = way_[2 * i + k];
+            for (int k = 0; k < 3; ++k) {
+                const double* row = W_.data() + (3 * i + k) * rows_;
+                r.b[3 * a + k] = dot(row, force_.data(), rows_);
+                for (int c = 0; c < m; ++c)
+                    std::copy(row + 3 * r.contact[c], row + 3 * r.contact[c] + 3,
+                              r.W.data() + (3 * a + k) * 3 * m + 3 * c);
+            }
+        }
+        r.problem.points = m;
+        r.problem.W = r.W.data();
+        r.problem.b = r.b.data();
+        r.problem.reach = r.reach.data();
+        r.problem.direction = r.direction.data();
+        r.problem.load = r.load.data();
     }
 
     // dy/dt at y; velocities and forces are left in u_ and force_.
     void rates(const double* y, double* dy) {
-        poll(rows_, rows_);
-        velocities(y);
-        std::fill(force_.begin(), force_.end(), 0.0);
-        bool solves = false;
-        for (int i = 0; i < n_; ++i) {
-            bool springs = normal_[i] == Normal::loads || normal_[i] == Normal::unloads;
-            double own = springs ? spring(i, y[rows_ + i]) : 0.0, s[2];
-            force_[3 * i + 2] = own;
-            solves = solves || normal_[i] == Normal::held || tangent_[i] == Tangent::sticks;
-            if (tangent_[i] != Tangent::slips || normal_[i] == Normal::held) continue;
-            direction(i, s);
-            for (int k = 0; k < 2; ++k) force_[3 * i + k] = -p_.friction[i] * own * s[k];
+        find_resting(y);
+        const int m = static_cast<int>(rest_.contact.size());
+        if (m > 0) {
+            Arena::Scope scope(scratch());
+            double* F = scratch().allocate(3 * m);
+            rest_.rate.resize(3 * m);
+            solve_rest(rest_.problem, rest_.pressed.data(), F, rest_.rate.data());
+            for (int r = 0; r < 3 * m; ++r) force_[3 * rest_.contact[r / 3] + r % 3] += F[r];
         }
-        if (solves) solve_constraint_forces();
         if (!dy) return;
         for (int i = 0; i < n_; ++i) {
             const double *f = force_.data() + 3 * i, *u = u_.data() + 3 * i;
-            for (int k = 0; k < 3; ++k) dy[3 * i + k] = f[k];
-            dy[rows_ + i] = normal_[i] == Normal::held      ? 0.0
-                            : normal_[i] == Normal::unloads ? -u[2] / e2(i)
-                                                            : -u[2];
+            std::copy(f, f + 3, dy + 3 * i);
+            dy[rows_ + i] = -gives(i) * u[2];
             dy[rows_ + n_ + i] = f[2] * u[2];
             dy[rows_ + 2 * n_ + i] = f[0] * u[0] + f[1] * u[1];
         }
     }
 
-    // Forces that keep what sticks and what is held still. Redundant contacts that stick share in
-    // proportion to what their cones hold: forces in these units, of least norm, by proximal steps.
-    void solve_constraint_forces() {
-        Arena::Scope scope(scratch());
-        int *held = scratch().allocate_int(rows_), *pivot = scratch().allocate_int(rows_);
-        double *unit_force = scratch().allocate(rows_, rows_), *unit = scratch().allocate(rows_);
-        int count = 0;
-        double strongest = 0.0;
-        for (int i = 0; i < n_; ++i)
-            if (tangent_[i] == Tangent::sticks)
-                strongest = std::max(strongest, p_.friction[i] * force_[3 * i + 2]);
+    // ∂(dy/dt)/∂y (size, size); works follow from the rest, and nothing from them.
+    void slopes(const double* y, double* J) {
+        rates(y, nullptr);
+        std::fill(J, J + size_ * size_, 0.0);
         for (int i = 0; i < n_; ++i) {
-            if (normal_[i] == Normal::held) {
-                double* along = unit_force + count * rows_;
-                along[3 * i + 2] = unit[count] = 1.0;
-                held[count++] = 3 * i + 2;
-                double s[2];
-                if (tangent_[i] == Tangent::slips) {
-                    direction(i, s);
-                    for (int k = 0; k < 2; ++k) along[3 * i + k] = -p_.friction[i] * s[k];
-                }
-            }
-            if (tangent_[i] != Tangent::sticks) continue;
-            double own = p_.friction[i] * force_[3 * i + 2];
+            const double* W = W_.data() + 3 * i * rows_;
+            for (int c = 0; c < rows_; ++c)
+                J[(rows_ + i) * size_ + c] = -gives(i) * W[2 * rows_ + c];
+            const double *s = way_.data() + 2 * i, rise = spring(i, y[rows_ + i], true);
+            J[(3 * i + 2) * size_ + rows_ + i] = rise;
+            if (!slips(i)) continue;
+            const double turns =
+                -p_.friction[i] * force_[3 * i + 2] / std::hypot(u_[3 * i], u_[3 * i + 1]);
             for (int k = 0; k < 2; ++k) {
-                unit_force[count * rows_ + 3 * i + k] = 1.0;
-                unit[count] = own > 1e-6 * strongest ? own / strongest : 1.0;
-                held[count++] = 3 * i + k;
+                double* row = J + (3 * i + k) * size_;
+                row[rows_ + i] = -p_.friction[i] * rise * s[k];
+                for (int c = 0; c < rows_; ++c)
+                    row[c] =
+                        turns * (W[k * rows_ + c] - s[k] * (s[0] * W[c] + s[1] * W[rows_ + c]));
             }
         }
-        double *A = scratch().allocate(count, count), *lu = scratch().allocate(count, count);
-        double *right = scratch().allocate(count), *x = scratch().allocate(count),
-               *more = scratch().allocate(count);
-        double size = 0.0;
-        for (int a = 0; a < count; ++a) {
-            right[a] = -unit[a] * dot(W_.data() + held[a] * rows_, force_.data(), rows_);
-            for (int b = 0; b < count; ++b)
-                A[a * count + b] = unit[a] * unit[b] *
-                                   dot(W_.data() + held[a] * rows_, unit_force + b * rows_, rows_);
-            size = std::max(size, A[a * count + a]);
+        const int m = static_cast<int>(rest_.contact.size());
+        if (m == 0) return;
+        // What rests answers to the forces of all others.
+        Arena::Scope scope(scratch());
+        double *answer = scratch().allocate(9 * m * m), *b = scratch().allocate(3 * m),
+               *known = scratch().allocate(rows_);
+        rest_slopes(rest_.problem, rest_.pressed.data(), answer);
+        for (int c = 0; c < rows_ + n_; ++c) {
+            for (int r = 0; r < rows_; ++r) known[r] = J[r * size_ + c];
+            for (int r = 0; r < 3 * m; ++r)
+                b[r] = dot(W_.data() + (3 * rest_.contact[r / 3] + r % 3) * rows_, known, rows_);
+            for (int r = 0; r < 3 * m; ++r)
+                J[(3 * rest_.contact[r / 3] + r % 3) * size_ + c] +=
+                    dot(answer + r * 3 * m, b, 3 * m);
         }
-        std::copy(A, A + count * count, lu);
-        for (int a = 0; a < count; ++a) lu[a * count + a] += kCompliance * size;
-        if (!factor_lu(lu, count, pivot)) return;
-        for (int round = 0; round < kProximal; ++round) {
-            for (int a = 0; a < count; ++a) more[a] = right[a] - dot(A + a * count, x, count);
-            solve_lu(lu, pivot, count, more);
-            for (int a = 0; a < count; ++a) x[a] += more[a];
-        }
-        for (int b = 0; b < count; ++b)
-            for (int r = 0; r < rows_; ++r) force_[r] += x[b] * unit[b] * unit_force[b * rows_ + r];
     }
 
-    // A contact that does not slip sticks, or begins to slip along its acceleration: Coulomb's
-    // law on accelerations, with the cone solver.
-    void choose_slips() {
-        bool any = false;
+    // The least margin of any contact to its next change along its normal, at y whose velocities
+    // are known: below zero it is past.
+    double margin(const double* y) {
+        const std::vector<double>& rise = rises_of_held(y);
+        double least = 1.0;
         for (int i = 0; i < n_; ++i) {
-            if (!rubs(i) || normal_[i] == Normal::open) {
-                tangent_[i] = Tangent::none;
+            const double un = u_[3 * i + 2], depth = y[rows_ + i];
+            if (normal_[i] != Normal::open) {
+                if (slips(i)) least = std::min(least, ahead(i) - from_[i]);
+                if (slip_[i] != Slipping::goes_on && slip(i) > kFaint)
+                    least = std::min(least, kFaint - slip(i));
+            }
+            if (holds(i)) {
+                least = std::min({least, -rise[i], -un});
                 continue;
             }
-            if (std::hypot(u_[3 * i], u_[3 * i + 1]) > kFaint) {
-                tangent_[i] = Tangent::slips;
-                remember_direction(i);
-            } else {
-                tangent_[i] = Tangent::sticks;
-                any = true;
+            if (normal_[i] == Normal::open) {
+                if (un < -kWeak) least = std::min(least, -depth);
+                continue;
             }
+            if (un > 0.0) least = std::min(least, depth);
+            if (normal_[i] == Normal::unloads)
+                least = std::min(least, un);
+            else if (e2(i) < 1.0 && depth > kCrossed)
+                least = std::min(least, -un);
         }
-        if (!any) return;
-        Cones cones;
-        std::vector<double> known(rows_, 0.0), b(rows_), f(rows_, 0.0);
-        for (int i = 0; i < n_; ++i) {
-            bool springs = normal_[i] == Normal::loads || normal_[i] == Normal::unloads;
-            double own = springs ? spring(i, depth(i)) : 0.0, s[2];
-            known[3 * i + 2] = own;
-            if (normal_[i] == Normal::held) {
-                cones.normal.push_back(3 * i + 2);
-                cones.floor.push_back(0.0);
-                cones.adhesion.push_back(0.0);
-            }
-            if (tangent_[i] == Tangent::slips) {
-                direction(i, s);
-                for (int k = 0; k < 2; ++k) known[3 * i + k] = -p_.friction[i] * own * s[k];
-            } else if (tangent_[i] == Tangent::sticks) {
-                bool held = normal_[i] == Normal::held;
-                cones.first.push_back(3 * i);
-                cones.size.push_back(2);
-                cones.contact.push_back(held ? static_cast<int>(cones.normal.size()) - 1 : -1);
-                // Without a normal force yet the direction is that of any small force.
-                cones.friction.push_back(p_.friction[i] * (held ? 1.0 : std::max(own, 1e-30)));
-            }
-        }
-        multiply(W_.data(), rows_, known.data(), std::vector<double>(rows_, 0.0).data(), b.data());
-        solve_cones(W_.data(), rows_, b.data(), largest(b.data(), rows_), cones, f.data());
-        for (std::size_t g = 0; g < cones.first.size(); ++g) {
-            int r = cones.first[g], i = r / 3, c = cones.contact[g];
-            double bound = c < 0 ? cones.friction[g] : cones.friction[g] * f[cones.normal[c]];
-            double size = std::hypot(f[r], f[r + 1]);
-            if (size < bound * (1.0 - 1e-12) || size == 0.0) continue;
-            tangent_[i] = Tangent::slips;
-            for (int k = 0; k < 2; ++k) direction_[2 * i + k] = -f[r + k] / size;
-        }
-    }
-
-    void remember_direction(int i) {
-        double speed = std::hypot(u_[3 * i], u_[3 * i + 1]);
-        if (speed <= kFaint) return;
-        for (int k = 0; k < 2; ++k) direction_[2 * i + k] = u_[3 * i + k] / speed;
-    }
-
-    // The margin of contact i to its next change, at y whose rates are known: below zero it is
-    // past.
-    double distance_to_change(int i, const double* y, int kind) {
-        const double* u = u_.data() + 3 * i;
-        const double* f = force_.data() + 3 * i;
-        if (kind == 0) {  // along the normal
-            if (normal_[i] == Normal::loads)
-                return e2(i) == 1.0 || y[rows_ + i] <= kCrossed ? INFINITY : -u[2];
-            if (normal_[i] == Normal::unloads) return u[2];
-            if (normal_[i] == Normal::held) return f[2];
-            return INFINITY;
-        }
-        if (kind == 1) {  // the gap opens or closes
-            if (normal_[i] == Normal::open) return u[2] < 0.0 ? -y[rows_ + i] : INFINITY;
-            if (normal_[i] == Normal::held || u[2] <= 0.0) return INFINITY;
-            return y[rows_ + i];
-        }
-        if (tangent_[i] == Tangent::slips)
-            return u[0] * direction_[2 * i] + u[1] * direction_[2 * i + 1];
-        if (tangent_[i] == Tangent::sticks) return p_.friction[i] * f[2] - std::hypot(f[0], f[1]);
-        return INFINITY;
-    }
-
-    // The first contact and kind of change that is past at `next`; −1 where none is.
-    int first_change(const std::vector<double>& next) {
-        for (int i = 0; i < n_; ++i)
-            for (int kind = 0; kind < 4; ++kind)
-                if (distance_to_change(i, next.data(), kind) < -kCrossed) return 4 * i + kind;
-        return -1;
+        return least;
     }
 
     void run() {
@@ -289,153 +256,172 @@ class LzbState {
             rates(y, dy);
             return true;
         };
-        const auto as_it_is = [](double*) {};
-        Stepper stepper(Method::dop853, 0, size_, {kError, kError}, 0.0);
+        Stepper stepper(Method::dop853, 0, size_, {kError, kError, kImplicit, 0.0}, 0.0);
+        stepper.slopes = [this](const double* y, double* J) { slopes(y, J); };
         stepper.next = 1e-3;
+        settle();
         std::vector<double> next, rate(size_);
-        double t = 0.0;
-        int changes = 0;
         for (steps_ = 0; steps_ < kMostSteps; ++steps_) {
             rates(y_.data(), rate.data());
             if (is_over()) return;
-            for (int i = 0; i < n_; ++i)
-                if (tangent_[i] == Tangent::slips) remember_direction(i);
             Step step;
             next = y_;
-            if (!stepper.step(f, as_it_is, t, next.data(), rate.data(), kLongest, step)) break;
-            if (is_past(next)) {
-                if (++changes > kMostChanges) break;
+            // Nothing depends on time itself: each step begins at zero.
+            if (!stepper.step(f, [](double*) {}, 0.0, next.data(), rate.data(), INFINITY, step))
+                break;
+            rates(next.data(), nullptr);
+            if (margin(next.data()) < -kCrossed) {
                 shorten(stepper, f, step, next);
                 stepper.restart();
-                stepper.next = std::max(step.end - step.start, 1e-6);
+                stepper.next = std::max(step.end, 1e-6);
             }
             y_ = next;
-            t = step.end;
-            update_modes();
+            settle();
         }
         status_ = Status::not_converged;
     }
 
-    bool is_past(const std::vector<double>& y) {
-        rates(y.data(), nullptr);
-        return first_change(y) >= 0;
+    // What contacts do from here on.
+    void settle() {
+        end_slips();
+        remove_drift();
+        // What has come to be held may have to be let go at once.
+        for (int k = 0; k < 2 * n_; ++k) change_normal(k % n_);
+        begin_slips();
     }
 
-    // The step to the first change in it, by bisection: on its polynomial, then on itself.
+    // The ways of slip at the end of a step; slip that has passed zero has ended.
+    void end_slips() {
+        rates(y_.data(), nullptr);
+        for (int i = 0; i < n_; ++i) {
+            const double speed = slip(i);
+            const bool slipped = slips(i), remains = slipped && speed > kCrossed && ahead(i) > 0.0;
+            slip_[i] = speed > kFaint ? Slipping::goes_on
+                       : remains      ? Slipping::begins
+                                      : Slipping::none;
+            for (int k = 0; k < 2 && slips(i); ++k) last_[2 * i + k] = u_[3 * i + k] / speed;
+            from_[i] = 0.0;
+            ended_[i] = slipped && !slips(i);
+        }
+    }
+
+    // Bring what is left of velocities of all that sticks and is held to zero, by impulses of its
+    // own.
+    void remove_drift() {
+        rates(y_.data(), nullptr);
+        const int m = static_cast<int>(rest_.contact.size());
+        double drift = 0.0;
+        for (int i : rest_.contact) {
+            if (holds(i)) drift = std::max(drift, std::abs(u_[3 * i + 2]));
+            if (rubs(i) && !slips(i)) drift = std::max(drift, std::hypot(u_[3 * i], u_[3 * i + 1]));
+        }
+        if (drift <= kCrossed) return;
+        Arena::Scope scope(scratch());
+        double *answer = scratch().allocate(9 * m * m), *u = scratch().allocate(3 * m);
+        rest_slopes(rest_.problem, rest_.pressed.data(), answer);
+        for (int r = 0; r < 3 * m; ++r) u[r] = u_[3 * rest_.contact[r / 3] + r % 3];
+        for (int r = 0; r < 3 * m; ++r)
+            y_[3 * rest_.contact[r / 3] + r % 3] += dot(answer + r * 3 * m, u, 3 * m);
+        rates(y_.data(), nullptr);
+    }
+
+    // What is held by all its friction begins to slip, or may: against its friction.
+    void begin_slips() {
+        rates(y_.data(), nullptr);
+        const double most = largest(rest_.b.data(), 3 * static_cast<int>(rest_.contact.size()));
+        for (std::size_t a = 0; a < rest_.contact.size(); ++a) {
+            const int i = rest_.contact[a];
+            const double *rate = rest_.rate.data() + 3 * a, torn = std::hypot(rate[0], rate[1]);
+            if (slips(i) || !rubs(i) || !(torn > kTorn * most)) continue;
+            slip_[i] = Slipping::begins;
+            for (int k = 0; k < 2; ++k) last_[2 * i + k] = rate[k] / torn;
+            from_[i] = std::min(0.0, ahead(i));
+        }
+    }
+
+    // The step to just beyond the first change in it: false position, halved (Illinois).
     void shorten(Stepper& stepper, const Stepper::Rate& f, Step& step, std::vector<double>& next) {
-        double low = step.start, high = step.end;
-        const double length = high - low;
-        for (int count = 0; count < kHalvings; ++count) {
-            const double middle = 0.5 * (low + high);
-            step.at(middle, next.data());
-            (is_past(next) ? high : low) = middle;
-        }
-        low = std::max(low - kNearly * length, step.start);
-        high = std::min(high + kNearly * length, step.end);
         Step cut;
-        const auto past = [&](double end) {
-            if (!stepper.shortened(f, step, end, cut)) return true;
+        const auto left = [&](double end) -> double {
+            if (!stepper.shortened(f, step, end, cut)) return NAN;
             cut.at(end, next.data());
-            return is_past(next);
+            rates(next.data(), nullptr);
+            return margin(next.data()) + 2.0 * kCrossed;
         };
-        if (!past(high)) low = high, high = step.end;
-        for (int count = 0; count < 60 && high - low > 1e-15 * length; ++count) {
-            const double middle = 0.5 * (low + high);
-            (past(middle) ? high : low) = middle;
+        double low = 0.0, high = step.end;
+        double at_low = 1.0, at_high = margin(next.data()) + 2.0 * kCrossed;
+        for (int count = 0; count < 100 && high - low > 1e-15 * step.end; ++count) {
+            double middle = (low * at_high - high * at_low) / (at_high - at_low);
+            if (count % 2 == 1 || !(low < middle && middle < high)) middle = 0.5 * (low + high);
+            const double here = left(middle);
+            if (!(here < 0.0)) {
+                low = middle, at_low = std::isnan(here) ? 1.0 : here;
+                at_high *= 0.5;
+            } else {
+                high = middle, at_high = here;
+                at_low *= 0.5;
+                if (here > -kCrossed) break;
+            }
         }
-        past(high);
+        left(high);
         step.end = high;
     }
 
-    // Change the modes of contacts at the end of a step.
-    void update_modes() {
+    // What contact i does along its normal at the end of a step.
+    void change_normal(int i) {
         rates(y_.data(), nullptr);
-        bool changed = false;
-        for (int i = 0; i < n_; ++i) changed = change_normal(i) || changed;
-        for (int i = 0; i < n_; ++i)
-            changed = changed || distance_to_change(i, y_.data(), 3) <= 0.0;
-        if (!changed) return;
-        for (int i = 0; i < n_; ++i)
-            if (tangent_[i] == Tangent::slips &&
-                u_[3 * i] * direction_[2 * i] + u_[3 * i + 1] * direction_[2 * i + 1] <= kCrossed) {
-                // Slip has ended: rounding of what is left has no direction.
-                stop_slip(i);
-            }
-        rates(y_.data(), nullptr);
-        choose_slips();
-    }
-
-    // Bring what is left of slip to zero by the impulse that takes.
-    void stop_slip(int i) {
-        double a = W_[(3 * i) * rows_ + 3 * i], b = W_[(3 * i) * rows_ + 3 * i + 1];
-        double c = W_[(3 * i + 1) * rows_ + 3 * i + 1], determinant = a * c - b * b;
-        if (!(determinant > 1e-12 * a * c)) return;
-        double u = u_[3 * i], v = u_[3 * i + 1];
-        if (std::hypot(u, v) > 1e-9) return;
-        y_[3 * i] -= (c * u - b * v) / determinant;
-        y_[3 * i + 1] -= (a * v - b * u) / determinant;
-    }
-
-    bool change_normal(int i) {
-        double un = u_[3 * i + 2];
-        switch (normal_[i]) {
-            case Normal::open:
-                if (!(depth(i) >= -kCrossed && un < -kWeak)) return false;
-                normal_[i] = kappa_[i] < INFINITY ? Normal::loads : Normal::held;
+        const double un = u_[3 * i + 2];
+        if (normal_[i] == Normal::open) {
+            if (!(depth(i) >= -kCrossed && un < -kWeak)) return;
+            normal_[i] = std::isinf(kappa_[i]) ? Normal::held : Normal::loads;
+            depth(i) = 0.0;
+        } else if (holds(i)) {
+            if (force_[3 * i + 2] <= kCrossed) {
+                normal_[i] = Normal::open;
                 depth(i) = 0.0;
-                return true;
-            case Normal::held:
-                if (force_[3 * i + 2] <= kCrossed) {
-                    normal_[i] = Normal::open;
-                    depth(i) = 0.0;
-                    return true;
-                }
-                return kappa_[i] < INFINITY && reloads(i);
-            default:
-                break;
-        }
-        if (depth(i) <= kCrossed && un > kCrossed) {
+            } else if (rises_of_held(y_.data())[i] > kCrossed) {
+                // Loaded again where its force rises, from the force that it carries. The residue
+                // of u_n = 0 after the steps would end the loading at once.
+                const double F = force_[3 * i + 2];
+                normal_[i] = Normal::open;
+                depth(i) = 0.0;
+                rates(y_.data(), nullptr);
+                // Friction that draws it in holds what would part by itself.
+                if (rises(i) >= 0.0) return;
+                normal_[i] = Normal::loads;
+                depth(i) = std::pow(F / kappa_[i], 1.0 / exponent_);
+                y_[3 * i + 2] -= u_[3 * i + 2] / W_[(3 * i + 2) * (rows_ + 1)];
+            }
+        } else if (depth(i) <= kCrossed && un > kCrossed) {
             normal_[i] = Normal::open;
             depth(i) = -1e-30;
-            return true;
-        }
-        if (normal_[i] == Normal::loads && e2(i) < 1.0 && un >= -kCrossed && depth(i) > kCrossed) {
-            if (rises(i) < 0.0) return false;
+        } else if (normal_[i] == Normal::loads && e2(i) < 1.0 &&
+                   (un > kCrossed || (ended_[i] && un > -kFaint && rises(i) >= 0.0))) {
+            // It has stopped, or friction that has ended its slip wedges it.
+            ended_[i] = 0;
             normal_[i] = e2(i) > 0.0 ? Normal::unloads : Normal::held;
-            return true;
-        }
-        if (normal_[i] == Normal::unloads && un <= kCrossed && rises(i) < 0.0) {
+        } else if (normal_[i] == Normal::unloads && un < -kCrossed) {
             normal_[i] = Normal::loads;
-            return true;
         }
-        return false;
     }
 
     // du_n/dt of a contact under the forces that are there.
     double rises(int i) const { return dot(W_.data() + (3 * i + 2) * rows_, force_.data(), rows_); }
 
-    // dF/dt of contact i at y, by a short way along the rates; forces are kept.
-    double force_rate(int i, const double* y) {
-        constexpr double ahead = 1e-6;
+    // By how much the forces of held contacts with finite stiffness rise in a short time from y on.
+    const std::vector<double>& rises_of_held(const double* y) {
+        rise_.assign(n_, 0.0);
+        bool any = false;
+        for (int i = 0; i < n_; ++i) any = any || (holds(i) && kappa_[i] < INFINITY);
+        if (!any) return rise_;
         std::vector<double> dy(size_), later(y, y + size_);
         rates(y, dy.data());
-        double now = force_[3 * i + 2];
-        for (int q = 0; q < size_; ++q) later[q] += ahead * dy[q];
+        for (int q = 0; q < size_; ++q) later[q] += kAhead * dy[q];
         rates(later.data(), nullptr);
-        double rate = (force_[3 * i + 2] - now) / ahead;
+        for (int i = 0; i < n_; ++i)
+            if (holds(i) && kappa_[i] < INFINITY) rise_[i] = force_[3 * i + 2] - dy[3 * i + 2];
         rates(y, nullptr);
-        return rate;
-    }
-
-    // A held contact is loaded again where its force rises, from the force that it carries.
-    bool reloads(int i) {
-        if (!(force_rate(i, y_.data()) > kRises)) return false;
-        double now = force_[3 * i + 2];
-        normal_[i] = Normal::loads;
-        depth(i) = std::pow(now / kappa_[i], 1.0 / exponent_);
-        // The residue of u_n = 0 after the steps would end the loading at once.
-        y_[3 * i + 2] -= u_[3 * i + 2] / W_[(3 * i + 2) * (rows_ + 1)];
-        return true;
+        return rise_;
     }
 
     // True if no contact has a force or approaches, or the forces move nothing any more.
@@ -445,12 +431,12 @@ class LzbState {
         for (int i = 0; i < n_; ++i) {
             double un = u_[3 * i + 2], f = force_[3 * i + 2];
             if (normal_[i] == Normal::open) {
-                moves = moves || un < -1e-13;
+                moves = moves || un < -kWeak;
                 continue;
             }
             presses = presses || f > kWeak;
-            if (normal_[i] == Normal::held) continue;
-            moves = moves || un < -1e-13 || (depth(i) > 0.0 && un > 1e-13 && f > 0.0);
+            if (holds(i)) continue;
+            moves = moves || un < -kWeak || (f > kWeak && un > kWeak);
             moves = moves || (f > kWeak && std::abs(rises(i)) > kWeak * strongest_force);
         }
         if (presses && !moves) {
@@ -461,8 +447,7 @@ class LzbState {
                                        kWeak * strongest_force;
             if (!held) return false;
             for (int i = 0; i < n_; ++i)
-                if (normal_[i] != Normal::open && normal_[i] != Normal::held && e2(i) > 0.0 &&
-                    force_[3 * i + 2] > kWeak)
+                if (springs(i) && e2(i) > 0.0 && force_[3 * i + 2] > kWeak)
                     status_ = Status::no_solution;
             return true;
         }
@@ -496,7 +481,7 @@ class LzbState {
         s.residual = size > 0.0 ? std::abs(added - total) / size : 0.0;
         if (status_ == Status::not_converged || !std::isfinite(added)) s.residual = 1.0;
         for (int i = 0; i < n_; ++i)
-            if (kappa_[i] == INFINITY && s.after[3 * i + 2] < -1e-9 * speed_)
+            if (std::isinf(kappa_[i]) && s.after[3 * i + 2] < -1e-9 * speed_)
                 s.refused =
                     "contacts: contact " + std::to_string(i) +
                     " has an infinite stiffness, parts in this impact and is met again at " +
@@ -508,9 +493,14 @@ class LzbState {
     const ContactProblem& p_;
     const int n_, rows_, size_;
     const double exponent_;
-    std::vector<double> W_, free_, y_, u_, force_, kappa_, direction_;
+    std::vector<double> W_, free_, y_, u_, force_, kappa_, rise_;
+    std::vector<double>
+        from_;  // (n) speed along its way with which slip begins, but for rounding 0
+    std::vector<double> way_, last_;  // (n, 2) of slip, zeros where there is none; at the last step
     std::vector<Normal> normal_;
-    std::vector<Tangent> tangent_;
+    std::vector<Slipping> slip_;
+    std::vector<char> ended_;  // (n) whether its slip ended with the last step
+    Resting rest_;
     double speed_ = 0.0, mobility_ = 0.0, approach_ = 0.0;
     Status status_ = Status::solved;
     int steps_ = 0;

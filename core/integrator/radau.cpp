@@ -35,20 +35,19 @@ constexpr double kNewton = 1e-3;
 constexpr int kRounds = 10;
 // Derivatives are kept for another step where each round leaves this share of the last one's.
 constexpr double kSlow = 0.1;
-// Below this nothing is told apart: forces at rest are known to some 1e-12.
-constexpr double kNoise = 1e-9;
 constexpr double kDifference = 1.5e-8;
 constexpr int kGrowths = 8;
 
 }  // namespace
 
-// J_ = ∂f/∂y (n, n) by differences.
+// J_ = ∂f/∂y (n, n), given or by differences.
 void Stepper::differentiate(const Rate& f, double t, const double* y, const double* rate) {
     Arena::Scope scope(scratch());
     J_.resize(n_ * n_);
     double *vector = scratch().allocate(n_), *other = scratch().allocate(n_);
     std::copy(y, y + n_, vector);
-    for (int j = 0; j < n_; ++j) {
+    if (slopes) slopes(y, J_.data());
+    for (int j = 0; j < n_ && !slopes; ++j) {
         const double step = kDifference * std::max(1.0, std::abs(y[j]));
         vector[j] = y[j] + step;
         if (!f(t, vector, other)) std::copy(rate, rate + n_, other);
@@ -115,8 +114,8 @@ bool Stepper::collocate(const Rate& f, double t, const double* y, double h, doub
         double size = 0.0;
         for (int i = 0; i < 3 * n; ++i) {
             const int j = i % n;
-            size = std::max(
-                size, std::abs(F[i]) / std::max(allowed(j, y[j], y[j] + Z[2 * n + j]), kNoise));
+            size = std::max(size, std::abs(F[i]) / std::max(allowed(j, y[j], y[j] + Z[2 * n + j]),
+                                                            accuracy_.noise));
             Z[i] += F[i];
         }
         if (size > kSlow * last) keeps_J_ = false;
@@ -181,7 +180,8 @@ bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& projec
             solve_lu(real_.data(), pivot_.data(), n_, off);
             size = 0.0;
             for (int j = 0; j < n_; ++j) {
-                const double part = off[j] / allowed(j, y[j], y[j] + Z[2 * n_ + j]);
+                const double part =
+                    off[j] / (accuracy_.implicit * allowed(j, y[j], y[j] + Z[2 * n_ + j]));
                 size += part * part / n_;
             }
             size = std::sqrt(size);

@@ -40,6 +40,10 @@ class Stepper {
     // Error allowed to a step: atol + rtol of how far places move, and of velocities.
     struct Accuracy {
         double rtol = 1e-8, atol = 1e-12;
+        // Radau's estimate is of order 3, its steps of order 5: it may be so much larger.
+        double implicit = 1.0;
+        // Below this nothing is told apart: forces at rest are known to some 1e-12.
+        double noise = 1e-9;
     };
 
     Stepper(Method method, int places, int size, Accuracy accuracy, double fixed_length);
@@ -60,6 +64,9 @@ class Stepper {
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 
+    // ∂(rate)/∂y (size, size) at y, where it does not depend on time; else it is found by
+    // differences.
+    std::function<void(const double* y, double* J)> slopes;
     // The length to try next [s].
     double next = 0.0;
     int steps = 0;

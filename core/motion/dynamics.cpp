@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/rest_law.hpp"
 #include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
-#include "motion/rest_law.hpp"
 
 namespace impulsekit {
 namespace {

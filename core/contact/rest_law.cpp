@@ -1,4 +1,4 @@
-#include "motion/rest_law.hpp"
+#include "contact/rest_law.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,10 +19,16 @@ constexpr int kRefinements = 6;
 constexpr double kNothing = 1e-11;
 // Turning that accelerates by less than this share of all does not.
 constexpr double kStill = 1e-9;
+// The least share of a load, which the steps of refinement still bring to its place.
+constexpr double kLeastShare = 1e-2;
 // Rows that move nothing, relative to the most mobile.
 constexpr double kImmovable = 1e-20;
 // Rounds in which points are let go or pressed again before the search over cones.
 constexpr int kRounds = 4;
+// Rounds in which points with loads find shares that all of them hold, and how much of what it is
+// asked for too much a point gives way.
+constexpr int kShares = 10;
+constexpr double kGives = 0.7;
 
 class RestLaw {
   public:
@@ -39,10 +45,47 @@ class RestLaw {
         // Moments are none where bodies do not turn without them: with moments a face that slides
         // on several points could share its load in many ways, each with another yaw.
         if (p_.turning > 0 && search_held(false)) return true;
-        return search_held(true) || search();
+        if (search_held(true)) return true;
+        // Redundant points with loads that were asked for too much give way to the others.
+        for (int round = 0; round < kShares && give_way(); ++round)
+            if (solve_held() && obeys()) return true;
+        return search();
+    }
+
+    void write_slopes(double* slopes) {
+        turning_ = true;
+        Arena::Scope scope(scratch());
+        std::fill(slopes, slopes + rows_ * rows_, 0.0);
+        double *A = nullptr, *soft = nullptr;
+        int* pivot = nullptr;
+        if (!factor_held(A, soft, pivot)) return;
+        double* x = scratch().allocate(count_);
+        for (int j = 0; j < count_; ++j) {
+            std::fill(x, x + count_, 0.0);
+            x[j] = -unit_[used_[j]];
+            solve_lu(soft, pivot, count_, x);
+            std::fill(force_, force_ + rows_, 0.0);
+            for (int i = 0; i < count_; ++i) force_[used_[i]] = unit_[used_[i]] * x[i];
+            finish();
+            for (int r = 0; r < rows_; ++r) slopes[r * rows_ + used_[j]] = F_[r];
+        }
     }
 
   private:
+    // Smaller shares of points with loads beyond what they hold; false where none is.
+    bool give_way() {
+        bool any = false;
+        for (int i = 0; i < p_.points; ++i) {
+            if (!is_loaded(i) || !holds(i)) continue;
+            const double most = p_.reach[i] * p_.load[i],
+                         size = std::hypot(F_[3 * i], F_[3 * i + 1]);
+            if (!(size > most)) continue;
+            for (int j = 0; j < 2; ++j) unit_[3 * i + j] *= kGives * most / size;
+            any = true;
+        }
+        return any;
+    }
+    double load_of(int i) const { return is_loaded(i) ? p_.load[i] : F_[normal(i)]; }
     bool search_held(bool turning) {
         turning_ = turning;
         for (int round = 0; round < kRounds; ++round) {
@@ -54,6 +97,7 @@ class RestLaw {
     }
 
     int normal(int i) const { return 3 * i + 2; }
+    bool is_loaded(int i) const { return p_.load && !std::isnan(p_.load[i]); }
     int turn_row(int k) const { return 3 * (p_.points + k); }
     bool moves(int k) const { return p_.direction[2 * k] != 0.0 || p_.direction[2 * k + 1] != 0.0; }
     bool holds(int k) const { return p_.reach[k] > 0.0 && !moves(k); }
@@ -66,7 +110,7 @@ class RestLaw {
             for (int r = 0; r < rows_; ++r) C_[r * rows_ + to] += share * p_.W[r * rows_ + from];
         };
         for (int i = 0; i < p_.points; ++i)
-            for (int j = 0; j < 2; ++j)
+            for (int j = 0; j < 2 && !is_loaded(i); ++j)
                 add(normal(i), 3 * i + j, -p_.reach[i] * p_.direction[2 * i + j]);
         for (int k = 0; k < p_.turning; ++k) {
             const int n = normal(p_.turning_of[k]), roll = p_.points + 2 * k, spin = roll + 1;
@@ -81,17 +125,29 @@ class RestLaw {
             unit_[r] = own > kImmovable * most ? 1.0 / std::sqrt(own) : 0.0;
             scale_ = std::max(scale_, unit_[r] * std::abs(p_.b[r]));
         }
+        share_loads();
     }
 
-    // All that is pressed keeps still, and what holds holds.
-    bool solve_held() {
+    // Redundant points with loads share in proportion to what their friction holds.
+    void share_loads() {
+        double strongest = 0.0;
+        for (int i = 0; i < p_.points; ++i)
+            if (is_loaded(i)) strongest = std::max(strongest, p_.reach[i] * p_.load[i]);
+        for (int i = 0; i < p_.points && strongest > 0.0; ++i)
+            for (int j = 0; j < 2 && is_loaded(i); ++j)
+                unit_[3 * i + j] *=
+                    std::sqrt(std::max(p_.reach[i] * p_.load[i] / strongest, kLeastShare));
+    }
+
+    // The rows of all that is pressed and of what holds, and their matrix, factored.
+    bool factor_held(double*& A, double*& soft, int*& pivot) {
         count_ = 0;
         const auto use = [&](int r) {
             if (unit_[r] > 0.0) used_[count_++] = r;
         };
         for (int i = 0; i < p_.points; ++i) {
             if (!pressed_[i]) continue;
-            use(normal(i));
+            if (!is_loaded(i)) use(normal(i));
             if (holds(i)) use(3 * i), use(3 * i + 1);
         }
         for (int k = 0; k < p_.turning && turning_; ++k) {
@@ -101,18 +157,27 @@ class RestLaw {
         }
         for (int j = 0; j < p_.joints; ++j)
             if (p_.bound[j] > 0.0) use(3 * (p_.points + p_.turning) + j);
-        Arena::Scope scope(scratch());
         const int m = count_;
-        double *A = scratch().allocate(m * m), *soft = scratch().allocate(m * m),
-               *x = scratch().allocate(m), *left = scratch().allocate(m);
-        int* pivot = scratch().allocate_int(m);
+        A = scratch().allocate(m * m);
+        soft = scratch().allocate(m * m);
+        pivot = scratch().allocate_int(m);
         for (int i = 0; i < m; ++i) {
             for (int j = 0; j < m; ++j)
                 A[i * m + j] = unit_[used_[i]] * C_[used_[i] * rows_ + used_[j]] * unit_[used_[j]];
             std::copy(A + i * m, A + (i + 1) * m, soft + i * m);
             soft[i * m + i] += kCompliance;
         }
-        if (m > 0 && !factor_lu(soft, m, pivot)) return false;
+        return m == 0 || factor_lu(soft, m, pivot);
+    }
+
+    // All that is pressed keeps still, and what holds holds.
+    bool solve_held() {
+        Arena::Scope scope(scratch());
+        double *A = nullptr, *soft = nullptr;
+        int* pivot = nullptr;
+        if (!factor_held(A, soft, pivot)) return false;
+        const int m = count_;
+        double *x = scratch().allocate(m), *left = scratch().allocate(m);
         double off = 0.0;
         for (int step = 0; step <= kRefinements; ++step) {
             off = 0.0;
@@ -157,6 +222,7 @@ class RestLaw {
         changed_ = false;
         for (int i = 0; i < p_.points; ++i) {
             const int n = normal(i);
+            if (is_loaded(i)) continue;
             if (!(unit_[n] > 0.0)) {
                 pressed_[i] = 0;
                 continue;
@@ -178,8 +244,7 @@ class RestLaw {
         };
         bool held = true;
         for (int i = 0; i < p_.points; ++i)
-            if (pressed_[i] && holds(i))
-                held = held && within(3 * i, 2, p_.reach[i] * F_[normal(i)]);
+            if (pressed_[i] && holds(i)) held = held && within(3 * i, 2, p_.reach[i] * load_of(i));
         for (int k = 0; k < p_.turning; ++k) {
             const double load = F_[normal(p_.turning_of[k])];
             const int roll = p_.points + 2 * k;
@@ -202,7 +267,10 @@ class RestLaw {
     // The search over all cones.
     bool search() {
         Cones cones;
+        std::vector<int> own(p_.points, -1);
         for (int i = 0; i < p_.points; ++i) {
+            if (is_loaded(i)) continue;
+            own[i] = static_cast<int>(cones.normal.size());
             cones.normal.push_back(normal(i));
             cones.floor.push_back(0.0);
             cones.adhesion.push_back(0.0);
@@ -214,11 +282,12 @@ class RestLaw {
             cones.contact.push_back(contact);
             cones.friction.push_back(reach);
         };
-        for (int i = 0; i < p_.points; ++i) add(i, 3 * i, 2, i, p_.reach[i]);
+        for (int i = 0; i < p_.points; ++i)
+            add(i, 3 * i, 2, own[i], p_.reach[i] * (is_loaded(i) ? p_.load[i] : 1.0));
         for (int k = 0; k < p_.turning; ++k) {
             const int roll = p_.points + 2 * k;
-            add(roll, turn_row(k), 2, p_.turning_of[k], p_.reach[roll]);
-            add(roll + 1, turn_row(k) + 2, 1, p_.turning_of[k], p_.reach[roll + 1]);
+            add(roll, turn_row(k), 2, own[p_.turning_of[k]], p_.reach[roll]);
+            add(roll + 1, turn_row(k) + 2, 1, own[p_.turning_of[k]], p_.reach[roll + 1]);
         }
         for (int j = 0; j < p_.joints; ++j)
             add(-1, 3 * (p_.points + p_.turning) + j, 1, -1, p_.bound[j]);
@@ -226,7 +295,8 @@ class RestLaw {
         for (int r = 0; r < rows_; ++r) scale = std::max(scale, std::abs(p_.b[r]));
         const ConeSolution found = solve_cones(C_, rows_, p_.b, scale, cones, force_);
         finish();
-        for (int i = 0; i < p_.points; ++i) pressed_[i] = force_[normal(i)] > 0.0;
+        for (int i = 0; i < p_.points; ++i)
+            if (!is_loaded(i)) pressed_[i] = force_[normal(i)] > 0.0;
         return found.residual <= tolerance::residual && !found.immovable;
     }
 
@@ -245,6 +315,13 @@ class RestLaw {
 
 bool solve_rest(const RestProblem& problem, char* pressed, double* F, double* a) {
     return RestLaw(problem, pressed, F, a).solve();
+}
+
+void rest_slopes(const RestProblem& problem, char* pressed, double* slopes) {
+    Arena::Scope scope(scratch());
+    const int rows = problem.rows();
+    RestLaw(problem, pressed, scratch().allocate(rows), scratch().allocate(rows))
+        .write_slopes(slopes);
 }
 
 }  // namespace impulsekit
