@@ -1,10 +1,6 @@
 // Shapes of bodies, how far they are apart, and where they touch, for Python.
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
-
-#include <optional>
-#include <tuple>
 
 #include "bind/fields.hpp"
 #include "geometry/shapes.hpp"
@@ -15,10 +11,13 @@ namespace {
 
 using Numbers = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
 
-// Twelve numbers: the rotation row by row, and the origin.
-Placement placement_of(const Array& given) {
-    const double* a = data_of(given, 12, "placement");
-    return {mat3<double>(a), vec3<double>(a + 9)};
+// A frame's rotation, row by row, and its origin.
+struct Place {
+    double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, origin[3] = {};
+};
+
+Placement placement_of(const Place& given) {
+    return {mat3<double>(given.rotation), vec3<double>(given.origin)};
 }
 
 Vec3<double> three(const Array& given, const char* name) {
@@ -26,7 +25,7 @@ Vec3<double> three(const Array& given, const char* name) {
 }
 
 Shape polytope_of(const Array& corners, const std::vector<std::vector<int>>& loops, double around,
-                  const Array& at) {
+                  const Place& at) {
     const double* a = data_of(corners, corners.size() / 3 * 3, "corners");
     std::vector<Vec3<double>> points;
     for (std::size_t i = 0; i < corners.size() / 3; ++i) points.push_back(vec3<double>(a + 3 * i));
@@ -40,21 +39,21 @@ Shape polytope_of(const Array& corners, const std::vector<std::vector<int>>& loo
     return polytope_shape(points, loops, around, placement_of(at));
 }
 
-Nearest nearest_of(const Shape& first, const Array& pa, const Shape& other, const Array& pb) {
+Nearest nearest_of(const Shape& first, const Place& pa, const Shape& other, const Place& pb) {
     return nearest(first, placement_of(pa), other, placement_of(pb));
 }
 
 using Bodies = std::vector<Shape>;
 
-std::vector<ContactPoint> contact_points_of(const Bodies& first, const Array& pa,
-                                            const Bodies& other, const Array& pb, double margin) {
+std::vector<ContactPoint> contact_points_of(const Bodies& first, const Place& pa,
+                                            const Bodies& other, const Place& pb, double margin) {
     std::vector<ContactPoint> found;
     contact_points(first, placement_of(pa), other, placement_of(pb), margin, found);
     return found;
 }
 
 std::pair<ContactPoint, double> follow_of(const Feature& feature, const Bodies& first,
-                                          const Array& pa, const Bodies& other, const Array& pb) {
+                                          const Place& pa, const Bodies& other, const Place& pb) {
     const int count[] = {static_cast<int>(first.size()), static_cast<int>(other.size())};
     for (int k = 0; k < 2; ++k)
         if (feature.piece[k] >= count[k]) throw nb::value_error("a piece that is not there");
@@ -67,52 +66,54 @@ std::pair<ContactPoint, double> follow_of(const Feature& feature, const Bodies& 
 Numbers numbers(const Vec3<double>& a) { return array_of(std::vector<double>{a.x, a.y, a.z}); }
 
 void bind_shapes(nb::module_& module) {
+    Record<Place>(module, "Place", "A frame in another one.")
+        .fields("rotation", &Place::rotation, "origin", &Place::origin);
     nb::class_<Shape>(module, "Shape", "A convex piece of a body, in the axes of its joint.")
         .def_ro("reach", &Shape::reach)
-        .def_ro("radius", &Shape::radius)
-        .def_prop_ro("kind",
-                     [](const Shape& shape) {
-                         static const char* const kNames[] = {"ball",      "capsule", "polytope",
-                                                              "cylinder",  "cone",    "ellipsoid",
-                                                              "half-space"};
-                         return kNames[shape.kind];
-                     })
-        .def("tip",
-             [](const Shape& shape, int i) -> std::optional<Numbers> {
-                 if (i < 0 || i >= static_cast<int>(shape.points.size())) return std::nullopt;
-                 return numbers(shape.points[i]);
-             })
-        .def("face",
-             [](const Shape& shape, int i) {
-                 if (i < 0 || i >= static_cast<int>(shape.faces.size()))
-                     throw nb::value_error("a face that is not there");
-                 const Face& face = shape.faces[i];
-                 return std::pair(numbers(face.normal), face.offset + shape.radius);
-             })
         .def_prop_ro(
             "centre", [](const Shape& shape) { return numbers(shape.centre); },
             nb::rv_policy::move);
-    module.def("ball_shape",
-               [](double r, const Array& at) { return ball_shape(r, placement_of(at)); });
-    module.def("capsule_shape", [](double r, double half, const Array& at) {
-        return capsule_shape(r, half, placement_of(at));
-    });
-    module.def("cylinder_shape", [](double r, double half, double around, const Array& at) {
-        return cylinder_shape(r, half, around, placement_of(at));
-    });
-    module.def("cone_shape", [](double r, double half, double around, const Array& at) {
-        return cone_shape(r, half, around, placement_of(at));
-    });
-    module.def("box_shape", [](const Array& half, double around, const Array& at) {
-        return box_shape(three(half, "half_sides"), around, placement_of(at));
-    });
-    module.def("ellipsoid_shape", [](const Array& axes, double around, const Array& at) {
-        return ellipsoid_shape(three(axes, "semi_axes"), around, placement_of(at));
-    });
-    module.def("half_space_shape", [](const Array& normal, double offset, const Array& at) {
-        return half_space_shape(three(normal, "normal"), offset, placement_of(at));
-    });
-    module.def("polytope_shape", &polytope_of);
+    module.def(
+        "ball_shape",
+        [](double radius, const Place& at) { return ball_shape(radius, placement_of(at)); },
+        nb::arg("radius"), nb::arg("at"));
+    module.def(
+        "capsule_shape",
+        [](double radius, double half, const Place& at) {
+            return capsule_shape(radius, half, placement_of(at));
+        },
+        nb::arg("radius"), nb::arg("half_length"), nb::arg("at"));
+    const auto round = [&](const char* name,
+                           Shape (*made)(double, double, double, const Placement&)) {
+        module.def(
+            name,
+            [made](double radius, double half, double around, const Place& at) {
+                return made(radius, half, around, placement_of(at));
+            },
+            nb::arg("radius"), nb::arg("half_length"), nb::arg("around"), nb::arg("at"));
+    };
+    round("cylinder_shape", &cylinder_shape);
+    round("cone_shape", &cone_shape);
+    module.def(
+        "box_shape",
+        [](const Array& half, double around, const Place& at) {
+            return box_shape(three(half, "half_sides"), around, placement_of(at));
+        },
+        nb::arg("half_sides"), nb::arg("around"), nb::arg("at"));
+    module.def(
+        "ellipsoid_shape",
+        [](const Array& axes, double around, const Place& at) {
+            return ellipsoid_shape(three(axes, "semi_axes"), around, placement_of(at));
+        },
+        nb::arg("semi_axes"), nb::arg("around"), nb::arg("at"));
+    module.def(
+        "half_space_shape",
+        [](const Array& normal, double offset, const Place& at) {
+            return half_space_shape(three(normal, "normal"), offset, placement_of(at));
+        },
+        nb::arg("normal"), nb::arg("offset"), nb::arg("at"));
+    module.def("polytope_shape", &polytope_of, nb::arg("corners"), nb::arg("loops"),
+               nb::arg("around"), nb::arg("at"));
 }
 
 }  // namespace
@@ -147,11 +148,16 @@ void bind_geometry(nanobind::module_& module) {
         .part("point", vector(&ContactPoint::point))
         .part("normal", vector(&ContactPoint::normal));
     // (9) columns t₁, t₂, n, row by row.
-    module.def("contact_axes", [](const Array& normal) {
-        const Mat3<double> a = contact_axes(three(normal, "normal"));
-        return array_of(
-            std::vector<double>{a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z});
-    });
-    module.def("contact_points", &contact_points_of);
-    module.def("follow", &follow_of);
+    module.def(
+        "contact_axes",
+        [](const Array& normal) {
+            const Mat3<double> a = contact_axes(three(normal, "normal"));
+            return array_of(
+                std::vector<double>{a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z});
+        },
+        nb::arg("normal"));
+    module.def("contact_points", &contact_points_of, nb::arg("first"), nb::arg("first_place"),
+               nb::arg("other"), nb::arg("other_place"), nb::arg("margin"));
+    module.def("follow", &follow_of, nb::arg("feature"), nb::arg("first"), nb::arg("first_place"),
+               nb::arg("other"), nb::arg("other_place"));
 }

@@ -1,13 +1,14 @@
-"""Axes of contacts, and places as numbers."""
+"""Axes of contacts, and places as the core takes them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
 
+from .._core import Place
 from .._core import contact_axes as core_axes
 
-__all__ = ["contact_axes", "cross", "place_numbers"]
+__all__ = ["contact_axes", "core_place", "cross"]
 
 
 def contact_axes(normal: np.ndarray) -> np.ndarray:
@@ -24,6 +25,6 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-def place_numbers(placement: pin.SE3) -> np.ndarray:
-    """(12,) the rotation row by row, and the translation, as the core takes places."""
-    return np.concatenate([placement.rotation.ravel(), placement.translation])
+def core_place(placement: pin.SE3) -> Place:
+    """A frame in another one as the core takes it."""
+    return Place(rotation=np.array(placement.rotation), origin=placement.translation)

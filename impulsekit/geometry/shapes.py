@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from .._core import (
+    Place,
     Shape,
     ball_shape,
     box_shape,
@@ -22,7 +23,7 @@ from .._core import (
 )
 from ..errors import InputError
 from ..robot import Robot
-from .axes import place_numbers
+from .axes import core_place
 
 __all__ = ["shape_of", "shapes_of"]
 
@@ -45,7 +46,7 @@ def shapes_of(robot: Robot, ids: Iterable[int]) -> list[Shape]:
 def _kept_shape(robot: Robot, index: int, piece: Any) -> Shape:
     if not isinstance(piece.geometry, coal.BVHModelBase):
         return shape_of(piece.geometry, piece.placement)
-    read = np.array(piece.geometry.vertices()), place_numbers(piece.placement)
+    read = np.array(piece.geometry.vertices()), piece.placement.homogeneous
     kept = robot._hulls.get(index)
     # A mesh that was changed since then is another one.
     if kept is None or not all(map(np.array_equal, kept[0], read)):
@@ -60,7 +61,7 @@ def shape_of(geometry: coal.CollisionGeometry, placement: pin.SE3) -> Shape:
         InputError: what is no convex body.
     """
     shape: Any = geometry
-    at = place_numbers(placement)
+    at = core_place(placement)
     if isinstance(shape, coal.BVHModelBase):
         return _polytope(np.array(shape.vertices()), 0.0, at)
     around = float(shape.getSweptSphereRadius())
@@ -84,7 +85,7 @@ def shape_of(geometry: coal.CollisionGeometry, placement: pin.SE3) -> Shape:
     raise InputError(f"Collision: a geometry of kind {type(shape).__name__} is no convex body")
 
 
-def _polytope(points: np.ndarray, around: float, at: np.ndarray) -> Shape:
+def _polytope(points: np.ndarray, around: float, at: Place) -> Shape:
     """The convex hull of points, flat where they are."""
     from scipy.spatial import ConvexHull, QhullError
 

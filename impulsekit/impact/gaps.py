@@ -12,7 +12,7 @@ import coal
 import numpy as np
 
 from .._core import Nearest, contact_points, nearest_points
-from ..geometry.axes import place_numbers
+from ..geometry.axes import core_place
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
 from ..robot.placing import Posture
@@ -261,18 +261,18 @@ class _Pair:
         self.bodies = pairs.bodies[index]
         both = self.bodies.first, self.bodies.other
         self.shapes = [body.shapes for body in both]
-        self.numbers = [place_numbers(posture.joint(body.joint_id)) for body in both]
+        self.places = [core_place(posture.joint(body.joint_id)) for body in both]
 
     def touching(self, within: float) -> list[Any]:
         """The points no further apart [m]."""
         return contact_points(
-            self.shapes[0], self.numbers[0], self.shapes[1], self.numbers[1], within
+            self.shapes[0], self.places[0], self.shapes[1], self.places[1], within
         )
 
     @property
     def nearest(self) -> Nearest:
         """The least gap, its normal and the points of both there."""
-        (first, other), (one, two) = self.shapes, self.numbers
+        (first, other), (one, two) = self.shapes, self.places
         found = (nearest_points(a, one, b, two) for a in first for b in other)
         return min(found, key=lambda each: each.gap)
 

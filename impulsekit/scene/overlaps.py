@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from .._core import Shape, contact_points
-from ..geometry.axes import place_numbers
+from ..geometry.axes import core_place
 from ..geometry.shapes import shapes_of
 from ..robot import Robot
 from ..robot.geometry import geometry_ids
@@ -83,7 +83,7 @@ def _body(robot: Robot, name: str) -> _Body:
 
 def _depth(one: _Body, at: pin.SE3, two: _Body, there: pin.SE3) -> float:
     """Return the depth to which two bodies overlap [m]; 0 where they do not."""
-    points = contact_points(one.shapes, place_numbers(at), two.shapes, place_numbers(there), 0.0)
+    points = contact_points(one.shapes, core_place(at), two.shapes, core_place(there), 0.0)
     return max((-point.gap for point in points), default=0.0)
 
 

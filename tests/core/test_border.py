@@ -56,7 +56,7 @@ def test_a_mass_of_no_degrees_of_freedom_takes_no_vectors():
 
 def test_a_polytope_has_corners():
     with pytest.raises(ValueError, match="corners"):
-        _core.polytope_shape(np.zeros((0, 3)), [], 0.0, np.eye(4)[:3])
+        _core.polytope_shape(np.zeros((0, 3)), [], 0.0, _core.Place())
 
 
 def motion_of_a_ball():
@@ -87,3 +87,41 @@ def test_an_impact_is_differentiated_in_its_own_scene():
     law = _core.ContactLaw(_core.Law(), [])
     with pytest.raises(ValueError, match="expected one of this scene"):
         _core.Derivation(bare, law, impact)
+
+
+def test_each_enumeration_stands_once():
+    """Python's words, statuses and sentences are those of the core, name by name."""
+    import impulsekit as ik
+    from impulsekit.impact.contact_law import REASONS
+    from impulsekit.impact.derivatives import DerivativeStatus
+    from impulsekit.impact.derivatives.refusals import _EDGES, _UNAVAILABLE
+    from impulsekit.scene.law import ORDERS, RESTITUTIONS, SLIPS
+    from impulsekit.scene.motion import METHODS
+
+    def names(enumeration):
+        return {each.name for each in enumeration}
+
+    assert {each.name.lower(): int(each) for each in ik.Status} == {
+        each.name: int(each) for each in _core.Status
+    }
+    assert names(_core.Restitution) == set(RESTITUTIONS)
+    assert names(_core.Slip) == set(SLIPS) and names(_core.Order) == set(ORDERS)
+    assert names(_core.Method) == {method.replace("-", "_") for method in METHODS}
+    assert {each.upper() for each in names(_core.Existence)} == names(DerivativeStatus)
+    ends = {each.upper() for each in names(_core.Ended)} - {"NOT_YET"}
+    assert ends == names(ik.MotionStatus) - {"REFUSED"}
+    assert set(_EDGES) == set(_core.Edge) and set(REASONS) == set(_core.Verdict)
+    assert set(_UNAVAILABLE) == set(_core.Unavailable) - {_core.Unavailable.none}
+
+
+def test_a_record_takes_fields_that_it_has_and_pickles():
+    import pickle
+
+    law = _core.Law(restitution=_core.Restitution.poisson, exponent=2.0)
+    again = pickle.loads(pickle.dumps(law))
+    assert (again.restitution, again.exponent) == (_core.Restitution.poisson, 2.0)
+    assert again.slip == _core.Slip.end
+    with pytest.raises(AttributeError):
+        _core.Law(bounce=1.0)
+    with pytest.raises(ValueError, match="size: expected 3 numbers, got 2"):
+        _core.Ball(size=np.zeros(2))

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from impulsekit import _core
-from impulsekit.geometry.axes import place_numbers
+from impulsekit.geometry.axes import core_place
 from impulsekit.geometry.shapes import shape_of
 
 KINDS = ("box", "hull", "ball", "capsule", "cylinder", "cone", "ellipsoid", "half_space")
@@ -98,7 +98,7 @@ class Two:
         self.places = [placement(rng), placement(rng)]
 
     def nearest(self, places=None, order=1):
-        given = list(zip(self.shapes, map(place_numbers, places or self.places), strict=True))
+        given = list(zip(self.shapes, map(core_place, places or self.places), strict=True))
         (a, pa), (b, pb) = given[::order]
         found = _core.nearest_points(a, pa, b, pb)
         return found.gap, found.normal, found.on_first, found.on_other
@@ -123,12 +123,12 @@ class Two:
 
     def touching(self, margin):
         a, b = ([shape] for shape in self.shapes)
-        pa, pb = map(place_numbers, self.places)
+        pa, pb = map(core_place, self.places)
         return _core.contact_points(a, pa, b, pb, margin)
 
     def follow(self, feature):
         a, b = ([shape] for shape in self.shapes)
-        pa, pb = map(place_numbers, self.places)
+        pa, pb = map(core_place, self.places)
         return _core.follow(feature, a, pa, b, pb)
 
 
