@@ -14,6 +14,10 @@ namespace {
 constexpr int kNewtonSteps = 60, kHalvings = 10;
 // A step is taken if it is no worse than the worst of so many before it (non-monotone search).
 constexpr int kMemory = 4;
+// A share of the decrease that a line foretells, which a step must give at least (Armijo).
+constexpr double kDecrease = 1e-4;
+// Steps in which a compliance of 1 falls tenfold.
+constexpr int kSofter = 8;
 
 // Gauss-Seidel over normals and groups, each in turn onto its cone.
 void sweep(const ConeSystem& s, const double* A, double* P, int count) {
@@ -76,7 +80,7 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
         for (int half = 0; half <= kHalvings; ++half, share *= 0.5) {
             for (int i = 0; i < m; ++i) trial[i] = P[i] + share * step[i];
             found = evaluate(trial);
-            if (found <= (1.0 - 1e-4 * share) * bar) break;
+            if (found <= (1.0 - kDecrease * share) * bar) break;
         }
         if (!(found < INFINITY)) break;
         std::copy(trial, trial + m, P);
@@ -87,11 +91,11 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
         } else if (polished) {
             break;
         }
-        polished = least <= 1e-24 * size * size;
+        polished = least <= tolerance::immovable * size * size;
     }
     std::copy(best, best + m, P);
     double size = std::max(1.0, largest(P, m));
-    return least <= 1e-24 * size * size;
+    return least <= tolerance::immovable * size * size;
 }
 
 void add_to_diagonal(const ConeSystem& s, double compliance, double* A) {
@@ -104,7 +108,8 @@ bool solve_from(const ConeSystem& s, const double* A, double* P, int& steps, Are
     Arena::Scope scope(arena);
     double* soft = arena.allocate(s.rows, s.rows);
     std::fill(P, P + s.rows, 0.0);
-    for (double compliance = 1.0; compliance > 1e-8; compliance *= 0.1) {
+    double compliance = 1.0;
+    for (int step = 0; step < kSofter; ++step, compliance *= 0.1) {
         std::copy(A, A + s.rows * s.rows, soft);
         for (int i = 0; i < s.rows; ++i) soft[i * s.rows + i] += compliance;
         newton(s, soft, P, steps, arena);

@@ -240,7 +240,7 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
             double un = problem.free[3 * i + 2];
             if (!(problem.stiffness[i] > 0.0))
                 return "contacts: restitution=\"lzb\" needs a stiffness above 0 of every contact";
-            if (std::isinf(problem.stiffness[i]) && un < -1e-13 * speed)
+            if (std::isinf(problem.stiffness[i]) && un < -tolerance::solved * speed)
                 return "contacts: contact " + std::to_string(i) + " is approached at " +
                        std::to_string(-un) +
                        " m/s and has an infinite stiffness, which is for supports at rest; give it "

@@ -9,11 +9,7 @@
 namespace impulsekit {
 namespace {
 
-// µ by speed is found to this, relative to 1 + µ; and steps of Broyden's method at most.
-constexpr double kFound = 1e-13;
 constexpr int kSteps = 60;
-// Slip below this share of all velocities is none.
-constexpr double kNoSlip = 1e-12;
 
 // The problem in units in which ellipses are circles.
 class EllipticTransform {
@@ -63,7 +59,7 @@ class EllipticTransform {
         double fastest = std::max({largest(own_.before, rows_), largest(own_.free, rows_),
                                    largest(found.after.data(), rows_)});
         double speed = std::hypot(found.after[3 * i], found.after[3 * i + 1]);
-        return speed > kNoSlip * fastest ? speed : 0.0;
+        return speed > tolerance::at_rest * fastest ? speed : 0.0;
     }
 
     // The solution in the units of the problem.
@@ -124,7 +120,7 @@ ContactSolution solve_by_speed(EllipticTransform& transform, const ContactProble
                         change(count);
     for (int k = 0; k < count; ++k) inverse[k * count + k] = 1.0;
     for (int round = 0; round < kSteps; ++round) {
-        if (!obeys(found) || largest(left.data(), count) <= bar(kFound)) break;
+        if (!obeys(found) || largest(left.data(), count) <= bar(tolerance::solved)) break;
         for (int k = 0; k < count; ++k) {
             step[k] = dot(inverse.data() + k * count, left.data(), count);
             double next = std::max(mu[smooth[k]] + step[k], 0.0);

@@ -13,17 +13,10 @@ namespace {
 // Terms of the Taylor series of slip that turns: a step of this order is exact to rounding.
 constexpr int kOrder = 20;
 constexpr int kSegments = 200, kSteps = 400;
-// Slip below this share of the velocities has ended; a direction that turns by less than this
-// against its decay keeps.
-constexpr double kStopped = 1e-15, kStraight = 1e-13;
 // The last terms of a series may add this much.
 constexpr double kCut = 1e-17;
 // A normal velocity below this share ended with the slip, where friction wedges.
 constexpr double kWedged = 1e-6;
-// Velocities of the way that are farther than this from W P have lost digits.
-constexpr double kClose = 1e-8;
-// Along paths with derivatives a point this near a corner is on it.
-constexpr double kEdge = 1e-7;
 
 using Derived = Dual<16>;
 static_assert(kPathParameters <= 16, "each parameter has a slope");
@@ -170,7 +163,7 @@ class Path {
     // The impulse with its derivatives, its edges, and whether friction draws it in.
     void derive(double before, PathDerivative& found) {
         const double slip = length(u1_, u2_);
-        if (mu_ > 0.0 && slip > 0.0 && slip <= kEdge * scale_) edges_ |= 4;
+        if (mu_ > 0.0 && slip > 0.0 && slip <= tolerance::edge * scale_) edges_ |= 4;
         bool over = false, wedged = false;
         for (int k = 0; k < kSegments && !over && !wedged && !drawn_in_; ++k) segment(over, wedged);
         found.edges = edges_;
@@ -187,7 +180,7 @@ class Path {
         }
     }
 
-    bool acts() const { return un_ - target_ < -1e-15 * scale_; }
+    bool acts() const { return un_ - target_ < -tolerance::rounding * scale_; }
 
   private:
     static double length(const S& x, const S& y) { return std::hypot(value_of(x), value_of(y)); }
@@ -196,7 +189,7 @@ class Path {
     void restore_energy(double before, double* more) const {
         S k1, k2;
         const double speed = length(u1_, u2_), mu = value_of(mu_);
-        if (mu > 0.0 && speed > kStopped * scale_) {
+        if (mu > 0.0 && speed > tolerance::rounding * scale_) {
             k1 = -(mu_ * u1_) / speed;
             k2 = -(mu_ * u2_) / speed;
         } else if (mu > 0.0) {
@@ -241,7 +234,7 @@ class Path {
             const double along = -(s1 * u1_.slope[k] + s2 * u2_.slope[k]);
             const double across = -(s1 * u2_.slope[k] - s2 * u1_.slope[k]);
             double p = along / a, c = 0.0;
-            if (std::abs(cc) > 1e-10 * (t11 + t22)) {
+            if (std::abs(cc) > tolerance::parallel * (t11 + t22)) {
                 p = (along * cc - across * sc) / determinant;
                 c = (a * across - b * along) / determinant;
             }
@@ -258,7 +251,7 @@ class Path {
     // One stretch in which rates keep, or slip that turns.
     void segment(bool& over, bool& wedged) {
         S speed = length_of(u1_, u2_);
-        bool begins = !(speed > kStopped * scale_);
+        bool begins = !(speed > tolerance::rounding * scale_);
         if (value_of(mu_) == 0.0) return straight({n1_, n2_, nn_, S{}, S{}}, false, over, wedged);
         S s1, s2;
         if (begins) {
@@ -268,10 +261,10 @@ class Path {
             S k1, k2;
             holding(k1, k2);
             const double pull = length(k1, k2), mu = value_of(mu_);
-            if (std::abs(pull - mu) <= kEdge * mu) edges_ |= 1;
+            if (std::abs(pull - mu) <= tolerance::edge * mu) edges_ |= 1;
             if (pull <= mu) {
                 S rise = nn_ + n1_ * k1 + n2_ * k2;
-                if (!(rise > 1e-10 * nn_)) rise = S{};
+                if (!(rise > tolerance::parallel * nn_)) rise = S{};
                 return straight({S{}, S{}, rise, k1, k2}, false, over, wedged);
             }
             sticks_ = false;
@@ -283,7 +276,7 @@ class Path {
         S d1 = n1_ - mu_ * (t11_ * s1 + t12_ * s2), d2 = n2_ - mu_ * (t12_ * s1 + t22_ * s2);
         S size = size_of(n1_) + size_of(n2_) + mu_ * (t11_ + t22_);
         // If slip turns, however slowly, its direction may change with the parameters.
-        if (!begins && (is_derived || size_of(s1 * d2 - s2 * d1) > kStraight * size)) {
+        if (!begins && (is_derived || size_of(s1 * d2 - s2 * d1) > tolerance::solved * size)) {
             over = turn();
             return;
         }
@@ -355,7 +348,7 @@ class Path {
         if (impulse < INFINITY) return std::max(impulse, S{});
         if (!(work > 0.0)) return S{};
         // un p + dn p²/2 = work. What friction holds wholly does not lift off by rounding.
-        S un = !slips && dn <= 0.0 && size_of(un_) <= 1e-12 * scale_ ? S{} : un_;
+        S un = !slips && dn <= 0.0 && size_of(un_) <= tolerance::at_rest * scale_ ? S{} : un_;
         S square = un * un + 2.0 * dn * work, below = un;
         if (square > 0.0) below += root(square);
         return square >= 0.0 && below > 0.0 ? 2.0 * work / below : never;
@@ -366,21 +359,21 @@ class Path {
         const double slip = length(u1_, u2_);
         // Slip that is about to stop, or has stopped just now.
         const bool lately =
-            !sticks_ || value_of(nn_) * (value_of(p_) - stopped_at_) <= kEdge * scale_;
-        if (mu_ > 0.0 && slip <= kEdge * scale_ && lately) edges_ |= 2;
+            !sticks_ || value_of(nn_) * (value_of(p_) - stopped_at_) <= tolerance::edge * scale_;
+        if (mu_ > 0.0 && slip <= tolerance::edge * scale_ && lately) edges_ |= 2;
         if (!compressing_) return true;
         compressing_ = false;
         drawn_in_ = drawn_in_ || has_compressed_;
         has_compressed_ = true;
         un_ = S{};
         return value_of(e_) == 0.0 ||
-               (restitution_ == Restitution::newton && target_ <= 1e-15 * scale_);
+               (restitution_ == Restitution::newton && target_ <= tolerance::rounding * scale_);
     }
 
     // dP_t/dp that keeps u_t = 0.
     void holding(S& k1, S& k2) const {
         S determinant = t11_ * t22_ - t12_ * t12_, trace = t11_ + t22_;
-        if (determinant > 1e-10 * t11_ * t22_ && determinant > 0.0) {
+        if (determinant > tolerance::parallel * t11_ * t22_ && determinant > 0.0) {
             k1 = (t12_ * n2_ - t22_ * n1_) / determinant;
             k2 = (t12_ * n1_ - t11_ * n2_) / determinant;
         } else {
@@ -396,7 +389,8 @@ class Path {
         double mean = 0.5 * (t11_ + t22_), half = 0.5 * (t11_ - t22_);
         double size = std::hypot(n1_, n2_);
         // |(λ + µ W_tt)⁻¹ W_tn| falls with λ: Newton on its inverse climbs to the root from below.
-        double lambda = std::max(size - mu_ * (mean + std::hypot(half, t12_)), 1e-15 * size);
+        double lambda =
+            std::max(size - mu_ * (mean + std::hypot(half, t12_)), tolerance::rounding * size);
         s1 = n1_ / size;
         s2 = n2_ / size;
         for (int count = 0; count < 100; ++count) {
@@ -405,7 +399,7 @@ class Path {
             s1 = (k2 * n1_ - k12 * n2_) / determinant;
             s2 = (k1 * n2_ - k12 * n1_) / determinant;
             double length = std::hypot(s1, s2);
-            if (length <= 1.0 + 1e-15) break;
+            if (length <= 1.0 + tolerance::rounding) break;
             double slope = (k2 * s1 * s1 - 2.0 * k12 * s1 * s2 + k1 * s2 * s2) / determinant;
             double step = length * length * (length - 1.0) / slope;
             if (step <= 1e-16 * lambda) break;
@@ -452,15 +446,15 @@ class Path {
         const S w1 = n1_ / inertia, w2 = n2_ / inertia, wn = nn_ / inertia;
         for (int count = 0; count < kSteps; ++count) {
             S r = length_of(u1_, u2_);
-            if (r <= 1e-14 * first) {
+            if (r <= tolerance::sums * first) {
                 if constexpr (is_derived) stop_slip();
                 u1_ = u2_ = S{};
                 return false;
             }
             S s1 = u1_ / r, s2 = u2_ / r;
             S turning = size_of(s1 * (w2 - a12 * s1 - a22 * s2) - s2 * (w1 - a11 * s1 - a12 * s2));
-            if (!is_derived && turning <= kStraight * tangential / inertia &&
-                turning * r <= 1e-15 * first)
+            if (!is_derived && turning <= tolerance::solved * tangential / inertia &&
+                turning * r <= tolerance::rounding * first)
                 return false;
             Series<S> x{}, y{}, z{}, speed{}, square{};
             x.c[0] = s1;
@@ -499,7 +493,7 @@ class Path {
         for (int k = 0; k < kOrder; ++k) rise.c[k] = (k + 1.0) * z.c[k + 1];
         if (rise.c[0] * rise.at(h) < 0.0) {
             S extreme = rise.root(S{}, h);
-            if (extreme > 1e-8 * h) h = extreme;
+            if (extreme > tolerance::same * h) h = extreme;
         }
         bool falls = !compressing_ && z.c[0] + z.gain(h) < 0.0 && rise.at(h) < 0.0;
         if (falls) {
@@ -565,7 +559,7 @@ class Path {
         impact.friction_work = friction_;
         impact.normal_work = total - friction_;
         if (impact.status != Status::solved) return;
-        if ((p1_ != 0.0 || p2_ != 0.0) && !(off <= kClose * scale_))
+        if ((p1_ != 0.0 || p2_ != 0.0) && !(off <= tolerance::same * scale_))
             impact.status = Status::not_converged;
         else if (total > tolerance::gain * (size + std::abs(impact.normal_work) - friction_))
             impact.status = Status::energy_gain;

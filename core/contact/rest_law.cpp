@@ -11,9 +11,6 @@
 namespace impulsekit {
 namespace {
 
-// Compliance of each row beside its own mobility: redundant points share as equally stiff springs
-// in the limit of rigidity, which steps of refinement come to.
-constexpr double kCompliance = 1e-6;
 constexpr int kRefinements = 6;
 // Accelerations and forces below this share of all are none.
 constexpr double kNothing = 1e-11;
@@ -165,7 +162,7 @@ class RestLaw {
             for (int j = 0; j < m; ++j)
                 A[i * m + j] = unit_[used_[i]] * C_[used_[i] * rows_ + used_[j]] * unit_[used_[j]];
             std::copy(A + i * m, A + (i + 1) * m, soft + i * m);
-            soft[i * m + i] += kCompliance;
+            soft[i * m + i] += tolerance::compliance;
         }
         return m == 0 || factor_lu(soft, m, pivot);
     }
@@ -185,7 +182,7 @@ class RestLaw {
                 left[i] = -unit_[used_[i]] * p_.b[used_[i]] - dot(A + i * m, x, m);
                 off = std::max(off, std::abs(left[i]));
             }
-            if (off <= 1e-15 * scale_ || step == kRefinements) break;
+            if (off <= tolerance::rounding * scale_ || step == kRefinements) break;
             solve_lu(soft, pivot, m, left);
             for (int i = 0; i < m; ++i) x[i] += left[i];
         }

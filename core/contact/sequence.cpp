@@ -15,8 +15,6 @@ namespace {
 constexpr int kMostHits = 10000;
 // After so many hits a steady ratio is looked for, and again each time there are half as many more.
 constexpr int kLong = 100;
-// An approach below this share of the first one is rounding that hits hand on [√J].
-constexpr double kFaint = 1e-13;
 // Paces that differ by less than this share are one, whatever rounding says.
 constexpr double kTied = 1e-11;
 // Traits that differ by less than this share are alike.
@@ -57,7 +55,7 @@ class Sequence {
             }
             double pace = pace_of(found);
             if (count < n_) first_ = std::max(first_, pace);
-            if (pace <= kFaint * first_) break;
+            if (pace <= tolerance::solved * first_) break;
             if (count >= kMostHits || pace > kFaster * first_) {
                 solution_.status = Status::not_converged;
                 break;
@@ -223,7 +221,7 @@ class Sequence {
         }
         double ratio =
             dot(last.data(), before.data(), rows_) / dot(before.data(), before.data(), rows_);
-        if (!(ratio > 0.0 && ratio < 1.0 - 1e-9)) return;
+        if (!(ratio > 0.0 && ratio < 1.0 - kAlike)) return;
         double off = 0.0;
         for (int r = 0; r < rows_; ++r) off = std::max(off, std::abs(last[r] - ratio * before[r]));
         double left = 1.0 - ratio;

@@ -28,7 +28,7 @@ void add_works(const ContactProblem& problem, const double* impulse, const doubl
 // Velocities that are rounding of what they are sums of are zero.
 void clear_rounding(double* velocity, int rows, double scale) {
     for (int r = 0; r < rows; ++r)
-        if (std::abs(velocity[r]) <= 1e-14 * scale) velocity[r] = 0.0;
+        if (std::abs(velocity[r]) <= tolerance::sums * scale) velocity[r] = 0.0;
 }
 
 void mark_shared(const ContactProblem& problem, const ConeSolution& found,

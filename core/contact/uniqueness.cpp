@@ -15,8 +15,6 @@ constexpr int kMostInSpace = 4, kMostInPlane = 5;
 constexpr std::size_t kMostFound = 8;
 // Directions of slip of one contact between which answers are looked for.
 constexpr int kDirections = 360;
-// Velocities that differ by less than this share are one answer.
-constexpr double kSame = 1e-8;
 
 enum class Mode { open, sticking, slipping, slipping_back };
 
@@ -147,7 +145,7 @@ class Search {
         auto same = [&](const std::vector<double>& known) {
             double apart = 0.0;
             for (int r = 0; r < rows_; ++r) apart = std::max(apart, std::abs(u[r] - known[r]));
-            return apart <= kSame * std::max(scale_, largest(u.data(), rows_));
+            return apart <= tolerance::same * std::max(scale_, largest(u.data(), rows_));
         };
         if (same(after_shown_)) return;
         for (const std::vector<double>& known : found_) {

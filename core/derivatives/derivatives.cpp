@@ -13,8 +13,6 @@
 namespace impulsekit {
 namespace {
 
-// A velocity this small beside those of the contacts is on an edge.
-constexpr double kEdge = 1e-7;
 // A contact that slips has its impulse on the cone, to this share of its bound.
 constexpr double kOnCone = 1e-6;
 // An impulse that could move this much faster than anything moves is held up by nothing.
@@ -23,8 +21,6 @@ constexpr double kProportion = 1e7;
 constexpr double kStep = 1e-3;
 // A row whose square is this much smaller than the largest moves nothing.
 constexpr double kNullRow = 1e-22;
-// A normal velocity that a hit changes by less, relative, stays as it was.
-constexpr double kUnmoved = 1e-12;
 // So many hits are differentiated one by one; longer series are known by their limit.
 constexpr int kMostHits = 2000;
 // Hits that leave more of the impulses than this share are not all of a series.
@@ -33,7 +29,7 @@ constexpr double kSummedUp = 1e-10;
 // de/d(approach speed), and whether it was found by differences; edges are told by their kind.
 double slope_of(const BySpeed& e, double speed, double scale, bool& by_differences,
                 std::optional<Edge>& edge) {
-    const double small = kEdge * scale;
+    const double small = tolerance::edge * scale;
     if (e.slope) return e.slope(speed);
     if (e.function) {
         by_differences = true;
@@ -208,7 +204,8 @@ void Derivation::find_coefficients() {
         own.e = p.contact.restitution[i];
         own.mu = p.contact.friction[i];
         own.tangential = p.contact.tangential[i];
-        const double normal = dot(p.J + (3 * i + 2) * nv_, p.v, nv_), small = kEdge * scale_;
+        const double normal = dot(p.J + (3 * i + 2) * nv_, p.v, nv_),
+                     small = tolerance::edge * scale_;
         std::optional<Edge> found;
         bool by_differences = false;
         // A parting contact has an approach speed of zero, here and nearby.
@@ -326,7 +323,7 @@ bool Derivation::find_hits_in_turn(const ContactProblem& contact, std::vector<in
                                    std::vector<double>& shares) {
     const Law& law = law_.law;
     const int rows = 3 * n_;
-    const double small = kEdge * scale_;
+    const double small = tolerance::edge * scale_;
     const auto weight = [&](int i) { return free_W_[(3 * i + 2) * (rows + 1)]; };
     std::vector<Hit> hits;
     solve_sequence(contact, law, &hits);
@@ -348,7 +345,8 @@ bool Derivation::find_hits_in_turn(const ContactProblem& contact, std::vector<in
             const double as_fast =
                 own * std::sqrt(weight(j) / (weight(i) != 0.0 ? weight(i) : 1.0));
             if (j != i && std::abs(normal - as_fast) <= small) add_edge(Edge::just_as_fast, i, j);
-            at_rest[j] = at_rest[j] && std::abs(next[3 * j + 2] - normal) <= kUnmoved * scale_;
+            at_rest[j] =
+                at_rest[j] && std::abs(next[3 * j + 2] - normal) <= tolerance::at_rest * scale_;
         }
         at_rest[i] = own_[i].e == 0.0;
         now = next;
@@ -374,7 +372,7 @@ bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<in
                                    std::vector<double>& shares) {
     const Law& law = law_.law;
     const int rows = 3 * n_;
-    const double small = kEdge * scale_, *before = contact.before, *free = contact.free;
+    const double small = tolerance::edge * scale_, *before = contact.before, *free = contact.free;
     const std::vector<double>& P = given_.solution->contact.impulse;
     for (int j = 0; j < n_; ++j) {
         const double shift = law.restitution == Restitution::newton
@@ -431,7 +429,7 @@ void Derivation::follow_hit(int i, const double* share, int& now, bool along_pat
     if (along_path) {
         for (int k = 0; k < 3; ++k)
             // Along what bilateral rows hold, slip is rounding, and no friction ends it.
-            if (block[4 * k] == 0.0 && std::abs(u[k]) <= kUnmoved * scale_) u[k] = 0.0;
+            if (block[4 * k] == 0.0 && std::abs(u[k]) <= tolerance::at_rest * scale_) u[k] = 0.0;
         const bool from_start = law.order == Order::sequential;
         const double before =
             from_start ? u[2] : dot(given_.problem->J + (3 * i + 2) * nv_, given_.problem->v, nv_);
@@ -475,7 +473,7 @@ Derivation::Mode Derivation::mode_of(int i, const Stage& stage) const {
     auto& self = const_cast<Derivation&>(*this);
     const Coefficients& own = own_[i];
     const bool newton = law_.law.restitution == Restitution::newton;
-    const double small = kEdge * scale_;
+    const double small = tolerance::edge * scale_;
     const double *start = velocities_[stage.start].data(), *end = velocities_[stage.end].data();
     const double* P = stage.impulses.data() + m_ + 3 * i;
     double xi[3], mobility[3] = {};
@@ -552,7 +550,7 @@ void Derivation::solve_system(Stage& stage) {
     for (int i = 0; i < count; ++i)
         for (int j = 0; j < count; ++j) W[i * count + j] = W_[stage.rows[i] * all + stage.rows[j]];
     if (is_shared_ && !held_->is_filled()) share_evenly(stage, W);
-    double most = 1e-300;
+    double most = tolerance::tiny;
     for (int i = 0; i < count; ++i) most = std::max(most, W[i * (count + 1)]);
     stage.null.assign(count, 0);
     stage.scale.assign(count, 1.0);

@@ -3,15 +3,13 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/tolerances.hpp"
 #include "derivatives/derivation.hpp"
 #include "linalg/dense.hpp"
 #include "scene/frame_pair_states.hpp"
 
 namespace impulsekit {
 namespace {
-
-// Dependent rows may disagree by this, relative to the velocities they speak of.
-constexpr double kContradiction = 1e-6;
 
 template <typename S>
 S inner(const double* a, const S* b, int n) {
@@ -590,7 +588,7 @@ void Derivation::check_stage(int number) {
             for (int k = 0; k < kLanes; ++k) {
                 const double a = made[i][k], b = given[i][k],
                              terms = rows * speed + std::abs(a) + std::abs(b);
-                if (!(std::abs(a - b) <= kContradiction * terms)) consistent_[i] = 0;
+                if (!(std::abs(a - b) <= tolerance::contradiction * terms)) consistent_[i] = 0;
             }
     }
     // v⁺ hangs on shares of load that change with the configuration.

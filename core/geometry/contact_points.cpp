@@ -161,7 +161,7 @@ void add_crossings(Finder& finder, const std::vector<char>* near, double least) 
             const Crossing c = crossing_of(a.points[one.start], a.points[one.end],
                                            b.points[two.start], b.points[two.end]);
             const double sine = std::sqrt(c.square);
-            if (sine < kLeastSine || sine <= least) continue;
+            if (sine < tolerance::parallel || sine <= least) continue;
             const double facing = dot(c.turn, finder.n) / sine;
             if (std::abs(facing) < kFacesNormal || inside_of(c) < -kBeside) continue;
             const double sign = facing >= 0.0 ? 1.0 : -1.0;
@@ -190,7 +190,7 @@ std::vector<ContactPoint> of_polytopes(const Pieces& pieces, double gap, const V
             size = std::max({size, std::abs(away.x), std::abs(away.y), std::abs(away.z)});
         }
     }
-    const double rounding = kLeastMargin * size;
+    const double rounding = tolerance::solved * size;
     for (int side : {0, 1}) {
         const Shape& own = pieces.of(side);
         const double reach = std::min(margin - gap, 0.5 * thick[side]) + rounding;

@@ -8,21 +8,16 @@
 #include <cmath>
 
 #include "geometry/patch.hpp"
+#include "linalg/tolerances.hpp"
 
 namespace impulsekit {
 namespace {
 
 using V = Vec3<double>;
 
-// The normal of a face is taken where another separates by no more than this beyond it [m].
-constexpr double kAsGood = 1e-12;
-// Edges that cross at a smaller angle have no normal in common (sine).
-constexpr double kParallel = 1e-10;
 // First guesses need no more digits than Newton's method takes to converge.
 constexpr double kGuess = 1e-7;
 constexpr int kMostSupports = 60, kMostSteps = 30, kMostRounds = 24;
-// Residual of the conditions at the nearest points, relative to the size of the shapes.
-constexpr double kResidual = 1e-14;
 // If shapes overlap, so many of the best guesses are followed to their ends.
 constexpr int kMostStarts = 8;
 // Guesses this near each other lead to the same end (cosine).
@@ -157,7 +152,7 @@ bool solve(double (&m)[N][N], double (&x)[N], int n) {
         int best = k;
         for (int i = k + 1; i < n; ++i)
             if (std::abs(m[i][k]) > std::abs(m[best][k])) best = i;
-        if (!(std::abs(m[best][k]) > 1e-15)) return false;
+        if (!(std::abs(m[best][k]) > tolerance::rounding)) return false;
         for (int j = 0; j < n; ++j) std::swap(m[k][j], m[best][j]);
         std::swap(x[k], x[best]);
         for (int i = k + 1; i < n; ++i) {
@@ -206,7 +201,8 @@ void reduce(Simplex& simplex, const V& shift) {
         if (!inside || rest < 0.0) continue;
         const V point = own.sum() + shift;
         // Among equally near ones that with fewer corners.
-        if (dot(point, point) < best * (1.0 - 1e-14)) best = dot(point, point), found = own;
+        if (dot(point, point) < best * (1.0 - tolerance::sums))
+            best = dot(point, point), found = own;
     }
     simplex = found;
 }
@@ -231,7 +227,7 @@ Simplex nearest_simplex(const Pair& pair, const V& n, const V& shift,
     for (int k = 0; k < kMostSupports; ++k) {
         const V point = simplex.sum() + shift;
         const double away = length(point);
-        if (!(away > kResidual * pair.size) || away <= enough) break;
+        if (!(away > tolerance::sums * pair.size) || away <= enough) break;
         const V along = point * (1.0 / away);
         const Corner next = corner_along(pair, along);
         const double least = dot(next.at + shift, along);
@@ -332,13 +328,14 @@ bool sharpen(const Pair& pair, Simplex simplex, V n, V& normal, Simplex& found) 
         double g = dot(n, own.sum()), left = std::numeric_limits<double>::infinity();
         for (int k = 0; k < kMostSteps; ++k) {
             left = newton_step(pair, own, along, g);
-            if (!(left > kResidual * pair.size) || !std::isfinite(left)) break;
+            if (!(left > tolerance::sums * pair.size) || !std::isfinite(left)) break;
         }
         int least = 0;
         for (int k = 1; k < own.count; ++k)
             if (own.corners[k].weight < own.corners[least].weight) least = k;
-        if (left <= 100.0 * kResidual * pair.size && own.corners[least].weight >= -1e-9) {
-            if (std::abs(pair.separation(along) - g) > kAsGood * (1.0 + pair.size)) return false;
+        if (left <= 100.0 * tolerance::sums * pair.size && own.corners[least].weight >= -kAlone) {
+            if (std::abs(pair.separation(along) - g) > tolerance::at_rest * (1.0 + pair.size))
+                return false;
             normal = along, found = own;
             return true;
         }
@@ -377,14 +374,14 @@ Found climb(const Pair& pair, const V& start) {
         Simplex own;
         if (sharpen(pair, guess, along, sharp, own)) {
             const double further = pair.separation(sharp);
-            if (further >= best.separation - kAsGood) {
+            if (further >= best.separation - tolerance::at_rest) {
                 if (further > best.separation) best.separation = further, best.normal = sharp;
                 best.simplex = own;
                 break;
             }
         }
         const double further = pair.separation(along);
-        if (!(further > best.separation + kResidual * pair.size)) {
+        if (!(further > best.separation + tolerance::sums * pair.size)) {
             best.simplex = guess;
             break;
         }
@@ -395,7 +392,8 @@ Found climb(const Pair& pair, const V& start) {
 
 // True if two numbers are on either side of zero, or one is zero but for rounding.
 bool opposite(double x, double y) {
-    return !(x > kParallel && y > kParallel) && !(x < -kParallel && y < -kParallel);
+    return !(x > tolerance::parallel && y > tolerance::parallel) &&
+           !(x < -tolerance::parallel && y < -tolerance::parallel);
 }
 
 // The edges of a polytope: along each, and the normals of the faces to its left and right.
@@ -424,7 +422,7 @@ void for_candidates(const Pair& pair, const Use& use) {
     const auto cross_edges = [&](const V& e, const V& f) {
         const V turn = cross(e, f);
         const double sine = length(turn);
-        if (sine > kParallel) use(turn * (1.0 / sine), false);
+        if (sine > tolerance::parallel) use(turn * (1.0 / sine), false);
     };
     if (pair.a.shape.kind == Shape::polytope && pair.b.shape.kind == Shape::polytope) {
         const std::vector<Ridge> others = ridges_of(pair.b);
@@ -454,7 +452,7 @@ Guess best_candidate(const Pair& pair, std::vector<Guess>* guesses) {
         for (double sign : {1.0, -1.0}) {
             const Guess own{pair.separation(axis * sign), axis * sign};
             if (guesses) guesses->push_back(own);
-            if (own.separation > best.separation + (of_face ? 0.0 : kAsGood)) best = own;
+            if (own.separation > best.separation + (of_face ? 0.0 : tolerance::at_rest)) best = own;
         }
     };
     for_candidates(pair, use);
@@ -488,10 +486,10 @@ void add_all_around(const Pair& pair, std::vector<Guess>& guesses) {
 
 // Use what a climb found, if it is better; of as good ones the normal of the face before.
 bool use(Found& found, const Found& own) {
-    const bool better = own.separation > found.separation + kAsGood;
+    const bool better = own.separation > found.separation + tolerance::at_rest;
     if (better)
         found = own;
-    else if (own.separation >= found.separation - kAsGood && found.simplex.count == 0)
+    else if (own.separation >= found.separation - tolerance::at_rest && found.simplex.count == 0)
         found.simplex = own.simplex;
     return better;
 }

@@ -382,7 +382,7 @@ std::vector<PatchPoint> patch_of(const Shape& a, const Shape& b, double gap, con
     const Frame frame(normal);
     const bool endless = b.kind == Shape::half_space;
     const double size = endless ? 2.0 * a.reach : 2.0 * (a.reach + b.reach);
-    const double near = margin - gap + kLeastMargin * size;
+    const double near = margin - gap + tolerance::solved * size;
     const Area one = area_of(a, -normal, frame, near);
     const Area two = endless ? below(a, frame, b.faces[0].offset) : area_of(b, normal, frame, near);
     const double level = -support(a, -normal) - 0.5 * gap;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "geometry/shapes.hpp"
+#include "linalg/tolerances.hpp"
 
 namespace impulsekit {
 
@@ -12,9 +13,7 @@ inline constexpr double kBeside = 1e-6;
 // Points nearer to each other than this are one [m].
 inline constexpr double kOnePoint = 3e-6;
 // Edges that cross at a smaller angle (sine) end no patch; alone they are a point all the same.
-inline constexpr double kEndsPatch = 1e-3, kLeastSine = 1e-10;
-// The least part of a margin, relative to the size of the bodies.
-inline constexpr double kLeastMargin = 1e-13;
+inline constexpr double kEndsPatch = 1e-3;
 // A rim whose far side is this near to a face [m] lies flat, and comes to lie flat.
 inline constexpr double kLiesFlat = 3e-8, kComesFlat = 2e-8;
 // Edges that cross at a smaller angle than when they were named, by this part, are parallel.

@@ -54,7 +54,7 @@ void BilateralRows::orthogonalize(std::vector<double>& rows) {
         }
         double length = std::sqrt(std::max(longest, 0.0));
         if (!(length > tolerance::dependent_row)) {
-            nearly_ = length > tolerance::rounding_of_row;
+            nearly_ = length > tolerance::sums;
             break;
         }
         std::swap(order_[k], order_[best]);
@@ -170,7 +170,7 @@ void BilateralRows::project_out(double* x) const {
 }
 
 double BilateralRows::rounding_of_span() const {
-    return std::max(tolerance::in_span, tolerance::rounding_of_row / least_);
+    return std::max(tolerance::solved, tolerance::sums / least_);
 }
 
 }  // namespace impulsekit

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
 
 namespace impulsekit {
@@ -24,7 +25,7 @@ bool ConstrainedMass::fill_mass(const double* M) {
         const double* row = given_.A + r * nv_;
         for (int k = 0; k < nv_; ++k) {
             const double own = M[k * nv_ + k];
-            squares_[r] += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
+            squares_[r] += row[k] * row[k] / (own > tolerance::at_rest * heaviest ? own : heaviest);
         }
         if (!(squares_[r] > 0.0)) continue;
         for (int i = 0; i < nv_; ++i)

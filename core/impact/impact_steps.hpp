@@ -133,7 +133,7 @@ class ImpactSteps {
             }
             bool lost[lanes], is_lost = false;
             for (int k = 0; k < lanes; ++k) {
-                const double bar = tolerance::refined * Number<S>::get(size, k);
+                const double bar = tolerance::sums * Number<S>::get(size, k);
                 lost[k] = has_answer[k] && !(Number<S>::get(off, k) <= bar);
                 is_lost = is_lost || lost[k];
             }

@@ -8,6 +8,8 @@
 #include <functional>
 #include <vector>
 
+#include "linalg/tolerances.hpp"
+
 namespace impulsekit {
 
 // Steps change by these factors at most, and aim a little below what would do; after so many
@@ -16,7 +18,7 @@ inline constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
 inline constexpr int kMostTrials = 60;
 // Explicit steps are stable up to this h|λ|.
 inline constexpr double kStable = 6.1;
-inline double shortest_step(double t) { return 1e-15 * std::max(std::abs(t), 1e-3); }
+inline double shortest_step(double t) { return tolerance::rounding * std::max(std::abs(t), 1e-3); }
 
 // One step, and y within it.
 struct Step {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 
 namespace impulsekit {
@@ -70,7 +71,7 @@ void BilateralConstraints::fill_rows(const Tree<double>& tree, const double* q) 
                 std::copy(block + held.select[r] * nv, block + (held.select[r] + 1) * nv,
                           rows + r * nv);
             const Vec place = place_of(tree, held.frames.first);
-            set_widening(held, block, 1e-14 * (1.0 + std::sqrt(dot(place, place))));
+            set_widening(held, block, tolerance::sums * (1.0 + std::sqrt(dot(place, place))));
         }
         for (const Held::Term& term : held.terms) rows[term.row * nv + term.v] += term.factor;
         if (held.kind == Held::functions) {
@@ -93,7 +94,7 @@ void BilateralConstraints::set_widening(const Held& held, const double* six, dou
     for (int r = 0; r < held.count; ++r) {
         const int vector = held.select[r] / 3;
         wider_[held.row + r] = own[vector] > 0.0 ? std::sqrt(longest[vector] / own[vector]) : 1.0;
-        const double bar = vector == 0 ? least : 1e-14;
+        const double bar = vector == 0 ? least : tolerance::sums;
         if (longest[vector] <= bar * bar) std::fill_n(A_.begin() + (held.row + r) * nv, nv, 0.0);
     }
 }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
 #include "motion/motion.hpp"
 #include "spatial/configuration.hpp"
@@ -120,7 +121,7 @@ double Motion::error_behind(const Step& jump) {
     if (!this->rate(jump.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
     for (int i = nq(); i < nq() + nv(); ++i)
         worst = std::max(worst, std::abs((after[i] - before[i]) / apart - found[i]) * length /
-                                    std::max(fastest, 1e-300));
+                                    std::max(fastest, tolerance::tiny));
     return worst;
 }
 

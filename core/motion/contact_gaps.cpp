@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 #include "scene/contact_geometry.hpp"
 
@@ -11,8 +12,6 @@ namespace {
 
 // Bodies turn by this, or move by this many radii, for the rates of what is followed on them.
 constexpr double kMove = 1e-3;
-// Rounding of gaps, of the size of places.
-constexpr double kRounded = 4e-16;
 // Overlaps deeper than these are no motion that is right: of points and stops, whose drift is taken
 // out after every step, and of bodies, in radii of the smaller one and at most [m].
 constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e-5, kAlways = 2e-6;
@@ -91,7 +90,8 @@ bool is_pointed(const std::vector<Shape>& pieces, double& reach) {
 // When g + ġ t − A t²/2 is zero, without cancellation.
 double time_to(double gap, double rate, double acceleration) {
     const double root = std::sqrt(rate * rate + 2.0 * acceleration * gap);
-    return rate < 0.0 ? 2.0 * gap / (root - rate) : (rate + root) / (acceleration + 1e-300);
+    return rate < 0.0 ? 2.0 * gap / (root - rate)
+                      : (rate + root) / (acceleration + tolerance::tiny);
 }
 
 // The time in which a hull of points stays on its side of a plane of the other body, at a gap
@@ -181,8 +181,9 @@ GapState ContactGaps::measure(const Tree<double>& tree, const Gap& gap, const do
         found.bound = length_of(u);
         found.turning = std::max(length_of(tree.twist[b.first].angular),
                                  length_of(tree.twist[b.other].angular));
-        found.rounding = kRounded * std::max(length_of(b.place),
-                                             length_of(place_of(tree, contact.frames.other)));
+        found.rounding =
+            tolerance::last_bits *
+            std::max(length_of(b.place), length_of(place_of(tree, contact.frames.other)));
         if (gap.kind == Contact::point) {
             found.gap = dot(b.axes.z, b.place - place_of(tree, contact.frames.other));
         } else {
@@ -200,7 +201,8 @@ void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const
     const int a = bodies.first_body, b = bodies.other_body;
     const Placement pa = placement_of(tree, a), pb = placement_of(tree, b);
     found.gap = INFINITY;
-    found.rounding = kRounded * (length_of(pa.origin) + length_of(pb.origin) + bodies.smaller);
+    found.rounding =
+        tolerance::last_bits * (length_of(pa.origin) + length_of(pb.origin) + bodies.smaller);
     found.turning = std::max(length_of(tree.twist[a].angular), length_of(tree.twist[b].angular));
     const bool is_first = bodies.pointed == 0;
     if (bodies.pointed >= 0) {

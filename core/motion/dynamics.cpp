@@ -14,12 +14,6 @@ namespace {
 // Accelerations [m/s² or rad/s²] that are rounding where no force acts: 1e-11 m in a day.
 constexpr double kNoAcceleration = 1e-20;
 
-// The slip [m/s] of what has begun to slide.
-constexpr double kTiny = 1e-300;
-// Dependent rows may differ by this share of the accelerations they speak of.
-constexpr double kContradiction = 1e-6;
-// Rounding of rates of rows, of what squares of velocities can make.
-constexpr double kRounded = 1e-12;
 // Rounds in which rounding of large multipliers is brought down.
 constexpr int kRefinements = 2;
 
@@ -61,7 +55,8 @@ double Dynamics::static_friction(int entry) const {
 double Dynamics::sliding_friction(int entry, double speed) const {
     const Friction& model = scene.law.contacts[entry].model;
     if (model.kind == Friction::Kind::static_kinetic) return model.second;
-    if (model.kind == Friction::Kind::by_speed) return model.at_speed(std::max(speed, kTiny));
+    if (model.kind == Friction::Kind::by_speed)
+        return model.at_speed(std::max(speed, tolerance::tiny));
     return static_friction(entry);
 }
 
@@ -149,7 +144,7 @@ bool Dynamics::factor_mass(const double* target) {
         double size = 0.0;
         for (int k = 0; k < nv; ++k) {
             const double own = M_[k * nv + k];
-            size += row[k] * row[k] / (own > 1e-12 * heaviest ? own : heaviest);
+            size += row[k] * row[k] / (own > tolerance::at_rest * heaviest ? own : heaviest);
         }
         if (!(size > 0.0)) continue;
         for (int i = 0; i < nv; ++i) {
@@ -177,7 +172,8 @@ bool Dynamics::eliminate(double* start, const double* target) {
         }
         if (off <= tolerance::rounding * terms) break;
         held_->solve(left, more, shortfall);
-        if (round == 0 && largest(shortfall, m) > kContradiction * terms + kRounded * squares_)
+        if (round == 0 && largest(shortfall, m) >
+                              tolerance::contradiction * terms + tolerance::at_rest * squares_)
             return false;
         for (int r = 0; r < m; ++r) multipliers[r] += more[r];
         add_transposed(half_rows_.data(), m, nv, more, start);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "motion/motion.hpp"
 
 namespace impulsekit {
@@ -19,8 +20,6 @@ constexpr int kMostAdvances = 400, kMostHalvings = 80;
 // So much of the time in which a gap surely stays open is gone at once: a step that ended just
 // where it closes would not see on which side it is.
 constexpr double kShort = 0.9;
-// Gaps that are told apart from none [m].
-constexpr double kRounding = 1e-15;
 // Below this distance [m] nothing is thin enough to be passed.
 constexpr double kNear = 1e-7;
 
@@ -29,7 +28,9 @@ constexpr double kNear = 1e-7;
 template <typename Function>
 double zero_between(double a, double fa, double b, double fb, Function f) {
     int side = 0;
-    for (int i = 0; i < kMostHalvings && b - a > 4e-16 * std::max(std::abs(a), std::abs(b)); ++i) {
+    for (int i = 0;
+         i < kMostHalvings && b - a > tolerance::last_bits * std::max(std::abs(a), std::abs(b));
+         ++i) {
         double middle = fb == fa ? 0.5 * (a + b) : b - fb * (b - a) / (fb - fa);
         if (!(middle > a && middle < b) || i % 8 == 7) middle = 0.5 * (a + b);
         if (!(middle > a && middle < b)) break;
@@ -64,7 +65,7 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         }
         const double value = std::max(now.gap, 0.0);
         // Closed, and closing on: from when that can be told, at the rate and its change.
-        const double rounding = 4.0 * std::max(kRounding, now.rounding);
+        const double rounding = 4.0 * std::max(tolerance::rounding, now.rounding);
         const double told =
             now.gap <= 0.0 && now.rate < 0.0 && change < INFINITY
                 ? 2.0 * rounding /
@@ -125,7 +126,7 @@ double first_zero(const Step& step, double until, bool smooth, Measure measure, 
         const double begin = step.start + i * part_of_step, end = begin + part_of_step;
         if (begin >= until) break;
         const GapState right = measure(end);
-        const double fastest = kFaster * std::max(left.bound, right.bound) + 1e-300,
+        const double fastest = kFaster * std::max(left.bound, right.bound) + tolerance::tiny,
                      bend = left.is_rough || right.is_rough
                                 ? 0.0
                                 : 2.0 * std::abs(right.rate - left.rate) / part_of_step;

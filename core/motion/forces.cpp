@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 
 namespace impulsekit {
 namespace {
 
-// Ends of a spring nearer than this [m] have no direction between them.
-constexpr double kNoLengthOfSpring = 1e-12;
-// Forces change this far beyond their kinks [m, rad, m/s, rad/s]: rounding does not bring them
-// back.
-constexpr double kBeyond = 1e-13;
 constexpr double kPi = 3.14159265358979323846;
 
 // q − rest; where a joint turns without end, within half a turn of the middle of its side.
@@ -46,7 +42,7 @@ Stretch stretch_of(const PointSpring& s, const Tree<double>& tree) {
     found.other_place = tree.origin[s.other] + other_arm;
     const Vec3<double> offset = found.place - found.other_place;
     found.length = std::sqrt(dot(offset, offset));
-    if (found.length < kNoLengthOfSpring) return found;
+    if (found.length < tolerance::no_length) return found;
     found.along = offset * (1.0 / found.length);
     const Vec3<double> speed =
         twist_at(tree.twist[s.first], arm).linear - twist_at(tree.twist[s.other], other_arm).linear;
@@ -64,7 +60,7 @@ void add_force(Tree<double>& tree, int body, const Vec3<double>& place, const Ve
 
 void pull(const PointSpring& s, Tree<double>& tree) {
     const Stretch at = stretch_of(s, tree);
-    if (at.length < kNoLengthOfSpring) return;
+    if (at.length < tolerance::no_length) return;
     const Vec3<double> force = at.along * tension_of(s, at);
     add_force(tree, s.first, at.place, -force);
     add_force(tree, s.other, at.other_place, force);
@@ -140,7 +136,7 @@ void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
     for (int k = 0; k < count(); ++k) {
         const auto [at, rate] = zone(k, tree, q, v);
         Side& own = side(k);
-        if (at <= 3.0 * kBeyond && rate < 0.0) {
+        if (at <= 3.0 * tolerance::solved && rate < 0.0) {
             const bool enters = own == Side::out;
             own = Side::acts;
             // The force tells of a damper that would pull at once.
@@ -177,10 +173,10 @@ double Kinks::beyond_of(int k) const {
     const int joints = static_cast<int>(joints_.size());
     if (k >= joints) {
         const PointSpring& s = forces_->springs[springs_[k - joints]];
-        return kBeyond * (s.stiffness + s.damping);
+        return tolerance::solved * (s.stiffness + s.damping);
     }
     const JointForce& f = forces_->joints[joints_[k]];
-    return kBeyond * (f.side != 0.0 ? f.stiffness + f.damping : f.limit);
+    return tolerance::solved * (f.side != 0.0 ? f.stiffness + f.damping : f.limit);
 }
 
 std::pair<double, double> Kinks::zone(int k, const Tree<double>& tree, const double* q,
@@ -192,13 +188,13 @@ std::pair<double, double> Kinks::zone(int k, const Tree<double>& tree, const dou
         const Stretch at = stretch_of(s, tree);
         // (l² − l₀²)/2 l₀ is smooth where the ends meet.
         const double scale = sign * s.side / (s.rest > 0.0 ? s.rest : 1.0);
-        return {0.5 * scale * (at.length - s.rest) * (at.length + s.rest) + kBeyond,
+        return {0.5 * scale * (at.length - s.rest) * (at.length + s.rest) + tolerance::solved,
                 scale * at.length * at.rate};
     }
     const JointForce& f = forces_->joints[joints_[k]];
     if (f.side == 0.0) return {INFINITY, 0.0};
     const double turns = f.is_circle ? std::cos(strain_of(f, q)) : 1.0;
-    return {sign * zone_of(f, q) + kBeyond, sign * f.side * v[f.v] * turns};
+    return {sign * zone_of(f, q) + tolerance::solved, sign * f.side * v[f.v] * turns};
 }
 
 double Kinks::margin(int k, const Tree<double>& tree, const double* q, const double* v) const {

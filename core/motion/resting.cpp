@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
 #include "motion/motion.hpp"
@@ -14,11 +15,9 @@ namespace {
 constexpr double kGrazed = 1e-13;
 // Rounding of places, of their size.
 constexpr double kRounded = 2e-15;
-// Drift below this [m, rad; m/s] is left alone; Newton's method on positions ends after so many.
-constexpr double kNoDrift = 1e-14;
 constexpr int kMostSteps = 3;
 // Velocities below this share of the largest are none, and turning below this [rad/s].
-constexpr double kStillShare = 1e-12, kNoTurn = 1e-9;
+constexpr double kNoTurn = 1e-9;
 // Gaps this near at the start touch [m]. Rows move as they should within this share of speeds.
 constexpr double kTouchesAtStart = 1e-9, kHolds = 1e-9;
 
@@ -87,7 +86,7 @@ bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates
     const double* v = y.data() + nq();
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    const double slow = std::max(settings_.capture_speed, kStillShare * fastest);
+    const double slow = std::max(settings_.capture_speed, tolerance::at_rest * fastest);
     const std::vector<RestInterval> before = resting();
     std::vector<double> J;
     std::vector<int> turning;
@@ -193,7 +192,7 @@ bool Motion::find_slip_states(double no_slip) {
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
         const double own = v[scene_->dry[j].v];
-        rest_.dry[j] = std::abs(own) > kStillShare * fastest ? (own > 0.0 ? 1 : -1) : 0;
+        rest_.dry[j] = std::abs(own) > tolerance::at_rest * fastest ? (own > 0.0 ? 1 : -1) : 0;
     }
     return update_rest();
 }
@@ -347,7 +346,7 @@ bool Motion::correct_places(bool all_normals) {
                 add_row(J.data() + (3 * i + 2) * nv(),
                         -dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(),
                                                        nullptr));
-        if (!(largest(change.data(), static_cast<int>(change.size())) > kNoDrift)) break;
+        if (!(largest(change.data(), static_cast<int>(change.size())) > tolerance::sums)) break;
         if (!dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
                                            change.data(), dq.data()))
             break;
@@ -409,7 +408,7 @@ bool Motion::correct_velocities(bool all_normals) {
                 row[scene_->dry[j].v] = 1.0;
                 add_row(row.data(), -v[scene_->dry[j].v]);
             }
-    if (largest(change.data(), static_cast<int>(change.size())) > kNoDrift &&
+    if (largest(change.data(), static_cast<int>(change.size())) > tolerance::sums &&
         dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
                                       dv.data())) {
         for (int i = 0; i < nv(); ++i) v[i] += dv[i];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "motion/motion.hpp"
 
 namespace impulsekit {
@@ -65,7 +66,7 @@ double Motion::shorter_step(const Step& step) {
             double sum = 0.0, scale = 0.0, hit = NAN;
             for (int i = 0; i < kNodes; ++i) {
                 const double apart = at - nodes[i];
-                if (std::abs(apart) < 1e-14 * span) hit = values[i][k];
+                if (std::abs(apart) < tolerance::sums * span) hit = values[i][k];
                 sum += weights[i] / apart * values[i][k];
                 scale += weights[i] / apart;
             }

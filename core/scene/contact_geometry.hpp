@@ -9,19 +9,15 @@
 
 namespace impulsekit {
 
-// World axes that are across a normal alike but for this count as alike, in their order: rounding
-// of a level normal must not turn the tangents.
-inline constexpr double kAlikeAcross = 1e-6;
-
 // A right-handed triad on a unit normal: t₁ is the world axis that is most across the normal, made
 // perpendicular to it. S of one lane.
 template <typename S>
 Mat3<S> contact_axes(const Vec3<S>& n) {
     const auto size = [](const S& a) { return std::abs(Number<S>::get(a, 0)); };
     const double x = size(n.x), y = size(n.y), z = size(n.z);
-    Vec3<S> t = x <= y + kAlikeAcross && x <= z + kAlikeAcross
+    Vec3<S> t = x <= y + kAlongNormal && x <= z + kAlongNormal
                     ? Vec3<S>{1.0 - n.x * n.x, -n.y * n.x, -n.z * n.x}
-                : y <= z + kAlikeAcross ? Vec3<S>{-n.x * n.y, 1.0 - n.y * n.y, -n.z * n.y}
+                : y <= z + kAlongNormal ? Vec3<S>{-n.x * n.y, 1.0 - n.y * n.y, -n.z * n.y}
                                         : Vec3<S>{-n.x * n.z, -n.y * n.z, 1.0 - n.z * n.z};
     const S length = root(dot(t, t));
     t = {t.x / length, t.y / length, t.z / length};

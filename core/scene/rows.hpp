@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/shapes.hpp"
+#include "linalg/tolerances.hpp"
 #include "scene/contact_geometry.hpp"
 #include "scene/scene.hpp"
 #include "spatial/tree.hpp"
@@ -330,7 +331,8 @@ class Rows {
             for (int i = 0; i < nv(); ++i) squares[r] += six_[r * nv() + i] * six_[r * nv() + i];
         for (int r = 0; r < held.count; ++r)
             std::copy_n(six_.begin() + held.select[r] * nv(), nv(), rows + r * nv());
-        set_widening(held, squares, 1e-14 * (number<S>(1.0) + root(dot(ends.place, ends.place))));
+        set_widening(held, squares,
+                     tolerance::sums * (number<S>(1.0) + root(dot(ends.place, ends.place))));
     }
 
     // All six rows of a pair.
@@ -349,7 +351,7 @@ class Rows {
     // rounding is left.
     void set_widening(const Held& held, const S* squares, const S& least) {
         for (int k = 0; k < lanes; ++k) {
-            const double bars[2] = {get(least, k), 1e-14};
+            const double bars[2] = {get(least, k), tolerance::sums};
             double longest[2] = {}, own[2] = {};
             for (int r = 0; r < 6; ++r)
                 longest[r / 3] = std::max(longest[r / 3], get(squares[r], k));
@@ -371,7 +373,8 @@ class Rows {
         const Vec3<S> offset = ends.place - ends.other_place;
         const S square = dot(offset, offset);
         for (int k = 0; k < lanes; ++k)
-            if (!(get(square, k) > kNoLength * kNoLength)) has_line[k] = false;
+            if (!(get(square, k) > tolerance::no_length * tolerance::no_length))
+                has_line[k] = false;
     }
 
     // A stop that turns a controlled joint back is stiffer than its control.
@@ -591,7 +594,7 @@ class Rows {
                       turns[nv() + at] += omega.y;
                       turns[2 * nv() + at] += omega.z;
                   });
-        const S least = number<S>(1e-14) * (number<S>(1.0) + root(dot(t.place, t.place)));
+        const S least = number<S>(tolerance::sums) * (number<S>(1.0) + root(dot(t.place, t.place)));
         for (int k = 0; k < lanes; ++k) clear_faint(rows, k, get(least, k));
     }
 

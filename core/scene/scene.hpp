@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "geometry/shapes.hpp"
+#include "linalg/tolerances.hpp"
 #include "spatial/model.hpp"
 
 namespace impulsekit {
@@ -147,8 +148,6 @@ struct StateRows {
 
 // A joint this near its limit, relative to its size, is at it; a rope of its length is taut.
 inline constexpr double kAtStop = 1e-9;
-// Points nearer than this have no direction between them [m].
-inline constexpr double kNoLength = 1e-12;
 // An axis of friction whose part in the plane is shorter has none.
 inline constexpr double kAlongNormal = 1e-6;
 

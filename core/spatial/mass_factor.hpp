@@ -6,12 +6,9 @@
 #include <vector>
 
 #include "linalg/numbers.hpp"
+#include "linalg/tolerances.hpp"
 
 namespace impulsekit {
-
-// A pivot at or below this share of its diagonal is rounding, not inertia: robots stay above 1e-4,
-// bodies 1e8 apart in mass above 1e-8.
-inline constexpr double kLeastPivot = 1e-10;
 
 // Rows of L reach along `parent` alone: the degree of freedom that each hangs on, −1 for none,
 // always smaller than its own. A dense matrix has parent i − 1. Of one state or eight side by side.
@@ -32,7 +29,8 @@ class MassFactorOf {
         for (int k = n - 1; k >= 0; --k) {
             F* row = L_.data() + k * n;
             for (int l = 0; l < lanes; ++l) {
-                if (Number<F>::get(row[k], l) > kLeastPivot * Number<F>::get(M[k * n + k], l))
+                if (Number<F>::get(row[k], l) >
+                    tolerance::parallel * Number<F>::get(M[k * n + k], l))
                     continue;
                 if (weak && sound[l]) weak[l] = k;
                 sound[l] = false;

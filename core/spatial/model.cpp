@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "linalg/numbers.hpp"
+#include "linalg/tolerances.hpp"
 
 namespace impulsekit {
 namespace {
@@ -12,7 +13,7 @@ using Vector = Vec3<double>;
 using Matrix = Mat3<double>;
 
 // Sines below this are rounding; axes that differ by less do not say well what is across them.
-constexpr double kRounding = 4e-16, kSmallestAngle = 1e-6;
+constexpr double kSmallestAngle = 1e-6;
 
 constexpr int kFreedoms[] = {1, 1, 1, 1, 3, 6, 3, 3, 3};
 constexpr int kCoordinates[] = {1, 2, 1, 1, 4, 7, 4, 3, 3};
@@ -61,7 +62,8 @@ void write(const Vector& a, double* to) {
 void write_angles(const Matrix& f, Body& body) {
     const double x = f.z.x, y = -f.z.y;
     double sine = std::hypot(x, y), cosine = f.z.z;
-    const bool aligned = sine < kRounding, straight = aligned || std::abs(x) < kRounding;
+    const bool aligned = sine < tolerance::last_bits,
+               straight = aligned || std::abs(x) < tolerance::last_bits;
     body.beta[0] = straight ? 1.0 : y / sine;
     body.beta[1] = straight ? 0.0 : x / sine;
     body.alpha[0] = aligned ? std::copysign(1.0, cosine) : cosine;
