@@ -2,6 +2,7 @@
 
 import ast
 import pathlib
+import re
 from collections import defaultdict
 
 import pytest
@@ -125,3 +126,36 @@ def test_thresholds_stand_once(room):
     again = {name for name in twice if len(values[name]) < len(where[name])}
     assert not again, f"one value, two places: {[(name, twice[name]) for name in sorted(again)]}"
     assert not twice, f"two values, one name: {sorted(twice)}"
+
+
+CORE = PACKAGE.parent / "core"
+SMALL_NUMBER = re.compile(r"(?<![A-Za-z_0-9.])[0-9]+(?:\.[0-9]+)?e-(?:[4-9]|[1-9][0-9])")
+# Bounds of the core; each may only fall.
+NAMED_IN_CORE, LITERAL_IN_CORE = 80, 34
+
+
+def lines_of_core():
+    for path in sorted((*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp"))):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            code = line.split("//")[0]
+            # The polynomials of sine and cosine are formulas.
+            if SMALL_NUMBER.search(code) and path.name != "numbers.hpp":
+                yield path, code
+
+
+def test_thresholds_of_the_core_are_few_and_have_names():
+    named = [code for _, code in lines_of_core() if "constexpr" in code]
+    literal = [f"{path.name}: {code.strip()}" for path, code in lines_of_core()
+               if "constexpr" not in code]  # fmt: skip
+    assert len(named) <= NAMED_IN_CORE
+    assert len(literal) <= LITERAL_IN_CORE, "\n".join(literal)
+
+
+def test_a_name_of_the_core_has_one_value():
+    found = defaultdict(set)
+    for path in (*CORE.rglob("*.cpp"), *CORE.rglob("*.hpp")):
+        for name, value in re.findall(
+            r"constexpr double (\w+) = ([^;,]+)[;,]", path.read_text(encoding="utf-8")
+        ):
+            found[name].add(value)
+    assert {name: values for name, values in found.items() if len(values) > 1} == {}

@@ -17,7 +17,7 @@ constexpr int kMemory = 4;
 // A share of the decrease that a line foretells, which a step must give at least (Armijo).
 constexpr double kDecrease = 1e-4;
 // Steps in which a compliance of 1 falls tenfold.
-constexpr int kSofter = 8;
+constexpr int kSofter = 9;
 
 // Gauss-Seidel over normals and groups, each in turn onto its cone.
 void sweep(const ConeSystem& s, const double* A, double* P, int count) {

@@ -18,11 +18,11 @@ constexpr int kLong = 100;
 // Paces that differ by less than this share are one, whatever rounding says.
 constexpr double kTied = 1e-11;
 // Traits that differ by less than this share are alike.
-constexpr double kAlike = 1e-9;
+constexpr double kSameTraits = 1e-9;
 // Error that the sum of a series may have, relative to all impulses.
 constexpr double kSeries = 1e-11;
 // Speeds that grow by this factor have no end.
-constexpr double kFaster = 1e30;
+constexpr double kEndless = 1e30;
 
 class Sequence {
   public:
@@ -56,7 +56,7 @@ class Sequence {
             double pace = pace_of(found);
             if (count < n_) first_ = std::max(first_, pace);
             if (pace <= tolerance::solved * first_) break;
-            if (count >= kMostHits || pace > kFaster * first_) {
+            if (count >= kMostHits || pace > kEndless * first_) {
                 solution_.status = Status::not_converged;
                 break;
             }
@@ -121,7 +121,7 @@ class Sequence {
             traits(i, own);
             double apart = best < 0 ? 1.0 : 0.0;
             for (int k = 0; k < 5 && best >= 0 && apart == 0.0; ++k)
-                if (std::abs(own[k] - known[k]) > kAlike * (own[k] + known[k]))
+                if (std::abs(own[k] - known[k]) > kSameTraits * (own[k] + known[k]))
                     apart = own[k] - known[k];
             if (apart > 0.0) {
                 best = i;
@@ -221,7 +221,7 @@ class Sequence {
         }
         double ratio =
             dot(last.data(), before.data(), rows_) / dot(before.data(), before.data(), rows_);
-        if (!(ratio > 0.0 && ratio < 1.0 - kAlike)) return;
+        if (!(ratio > 0.0 && ratio < 1.0 - kSameTraits)) return;
         double off = 0.0;
         for (int r = 0; r < rows_; ++r) off = std::max(off, std::abs(last[r] - ratio * before[r]));
         double left = 1.0 - ratio;

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMostBack = 100;
 // A jump reaches so many lengths of the way to the change point, and at least of those of the
 // longest step; from how many times as long it is learnt.
-constexpr double kReach = 1.5, kLeastReach = 1e-2, kFitted = 4.0;
+constexpr double kJumpReach = 1.5, kLeastReach = 1e-2, kFitted = 4.0;
 // Behind, velocities may be off by this part of the largest; accelerations of the polynomial are
 // told from values of it this part of the jump apart.
 constexpr double kOff = 1e-6, kApart = 1e-3;
@@ -136,7 +136,7 @@ bool Motion::pass_change_point(double until) {
     Step best;
     for (std::size_t i = first; i < path.size(); ++i) {
         const double start = path[i].step.start,
-                     length = std::max(kReach * (t - start), kLeastReach * longest);
+                     length = std::max(kJumpReach * (t - start), kLeastReach * longest);
         if (start - kFitted * length < smooth_since_ || start + length > until) continue;
         const Step step = extrapolation(start, length);
         const double off = error_behind(step);
