@@ -63,13 +63,25 @@ class Result : public nb::class_<T> {
     }
 };
 
+// How a type is called in a signature.
+template <typename V>
+constexpr const char* hint_of() {
+    return std::is_same_v<V, double> ? "float"
+           : std::is_same_v<V, int>  ? "int"
+           : std::is_same_v<V, bool> ? "bool"
+                                     : "object";
+}
+
 // A class that Python makes by the names of its fields; those that it does not name stay as they
-// are.
+// are. Its constructor and its pickling are defined when all fields are known.
 template <typename T>
 class Record : public nb::class_<T> {
   public:
-    Record(nb::module_& module, const char* name, const char* doc)
-        : nb::class_<T>(module, name, doc) {
+    using nb::class_<T>::class_;
+    Record(const Record&) = delete;
+    Record& operator=(const Record&) = delete;
+
+    ~Record() {
         this->def(
             "__init__",
             [](nb::handle self, const nb::kwargs& fields) {
@@ -77,15 +89,22 @@ class Record : public nb::class_<T> {
                 nb::inst_mark_ready(self);
                 for (const auto& [name, value] : fields) nb::setattr(self, name, value);
             },
-            nb::sig("def __init__(self, **fields: object) -> None"));
+            nb::sig((signature_ + ") -> None").c_str()));
         this->def("__reduce__", [names = names_](const nb::object& self) {
             nb::dict fields;
-            for (const std::string& own : *names) fields[own.c_str()] = self.attr(own.c_str());
+            for (const std::string& own : names) fields[own.c_str()] = self.attr(own.c_str());
             const nb::object partial = nb::module_::import_("functools").attr("partial");
             return nb::make_tuple(partial(self.type(), **fields), nb::tuple());
         });
     }
 
+    // A field that is read and written by functions.
+    template <typename Get, typename Set, typename... Extra>
+    Record& custom(const char* name, Get get, Set set, const Extra&... extra) {
+        add_name(name, "object");
+        this->def_prop_rw(name, get, set, nb::for_getter(nb::rv_policy::move), extra...);
+        return *this;
+    }
     // Several, each after its name.
     template <typename Member, typename... Rest>
     Record& fields(const char* name, Member member, Rest... rest) {
@@ -95,39 +114,33 @@ class Record : public nb::class_<T> {
     }
     template <typename V>
     Record& field(const char* name, V T::* member) {
-        names_->push_back(name);
+        add_name(name, hint_of<V>());
         this->def_rw(name, member);
         return *this;
     }
     // So many whole numbers.
     template <std::size_t count>
     Record& field(const char* name, int (T::*member)[count]) {
-        names_->push_back(name);
-        this->def_prop_rw(
+        return custom(
             name,
             [member](const T& own) { return std::vector<int>(own.*member, own.*member + count); },
             [member, name](T& own, const std::vector<int>& given) {
                 if (given.size() != count) throw nb::value_error(name);
                 std::copy(given.begin(), given.end(), own.*member);
             });
-        return *this;
     }
     // An array of any size.
     Record& array(const char* name, std::vector<double> T::* member) {
-        names_->push_back(name);
-        this->def_prop_rw(
+        return custom(
             name, [member](const T& own) { return array_of(own.*member); },
             [member](T& own, const Array& given) {
                 (own.*member).assign(given.data(), given.data() + given.size());
-            },
-            nb::for_getter(nb::rv_policy::move));
-        return *this;
+            });
     }
     // An array of so many numbers.
     template <std::size_t count>
     Record& field(const char* name, double (T::*member)[count]) {
-        names_->push_back(name);
-        this->def_prop_rw(
+        return custom(
             name,
             [member](const T& own) {
                 return array_of(std::vector<double>(own.*member, own.*member + count));
@@ -135,13 +148,17 @@ class Record : public nb::class_<T> {
             [member, name](T& own, const Array& given) {
                 const double* numbers = data_of(given, count, name);
                 std::copy(numbers, numbers + count, own.*member);
-            },
-            nb::for_getter(nb::rv_policy::move));
-        return *this;
+            });
     }
 
   private:
-    std::shared_ptr<std::vector<std::string>> names_ = std::make_shared<std::vector<std::string>>();
+    void add_name(const char* name, const char* hint) {
+        signature_ += std::string(names_.empty() ? ", *, " : ", ") + name + ": " + hint + " = ...";
+        names_.push_back(name);
+    }
+
+    std::vector<std::string> names_;
+    std::string signature_ = "def __init__(self";
 };
 
 }  // namespace impulsekit

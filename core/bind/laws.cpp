@@ -38,9 +38,9 @@ std::function<double(double)> function_of(const nb::object& function) {
 
 // A function of Python's as a field that is written alone.
 template <typename T>
-void function_field(nb::class_<T>& record, const char* name,
+void function_field(Record<T>& record, const char* name,
                     std::function<double(double)> T::* member) {
-    record.def_prop_rw(
+    record.custom(
         name, [](const T&) { return nb::none(); },
         [member](T& own, const nb::object& function) { own.*member = function_of(function); },
         nb::for_setter(nb::arg("function").none()));

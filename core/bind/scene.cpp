@@ -234,12 +234,11 @@ void bind_parts(nb::module_& module) {
         .array("function_rows", &GivenInputs::function_rows)
         .array("function_contacts", &GivenInputs::function_contacts)
         .field("features", &GivenInputs::features)
-        .def_prop_rw(
+        .custom(
             "only", [](const GivenInputs& own) { return array_of(own.only); },
             [](GivenInputs& own, const std::vector<bool>& only) {
                 own.only.assign(only.begin(), only.end());
-            },
-            nb::for_getter(nb::rv_policy::move));
+            });
 }
 
 }  // namespace
