@@ -181,6 +181,28 @@ TABLE: tuple[_Row, ...] = (
         )
         for name in forces.STRUCK
     ),
+    *(
+        claim
+        for where, in_plane, ratio, most in (
+            ("in a plane", True, 3.0, 30.0),
+            ("in space", False, 6.0, 200.0),
+        )
+        for claim in (
+            OfJob(
+                "outcomes",
+                f"two contacts {where}: 4096 outcomes / 4096 sequences",
+                partial(jobs.outcomes_of_two, in_plane),
+                ratio,
+            ),
+            OfJob(
+                "outcomes",
+                f"two contacts {where}: 4096 outcomes, two cores",
+                partial(jobs.time_of_outcomes, in_plane),
+                most,
+                "ms",
+            ),
+        )
+    ),
     OfJob("motion", "tosses of a cube / mujoco, 1 ms", motions.tosses, 1.5),
     OfJob("motion", "box drawn to and fro, 2 s / mujoco, 1 ms", motions.drawn_box, 2.0),
     OfJob("motion", "five dominoes, 0.3 s / mujoco, 1 ms", motions.dominoes, 3.0),

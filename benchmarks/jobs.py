@@ -12,11 +12,14 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
+from impulsekit._core import find_outcomes
 from impulsekit.batch.derivatives import vjp
 from impulsekit.batch.long import long_chain
+from impulsekit.batch.problems import solve_contact_problems
 from impulsekit.batch.solve import solve_batch
 from impulsekit.checking import check
 from impulsekit.impact import solve
+from impulsekit.impact.contact_law import ContactProblem
 from impulsekit.impact.derivatives import derivatives
 from impulsekit.measured.recording import Recording
 from impulsekit.robot import Robot
@@ -167,6 +170,29 @@ def batch_of(feet: int, law: Law) -> Times:
             _ = solve(scene, *state).status
 
     return in_turn(lambda: solve_batch(scene, q, v), one_by_one, 4096, 64, ROUNDS)
+
+
+def outcomes_of_two(in_plane: bool) -> Times:
+    """4096 outcomes of two coupled contacts, against as many sequences of whole impacts."""
+    rng = np.random.default_rng(5)
+    J = rng.normal(size=(6, 7))
+    if in_plane:
+        J[1::3] = 0.0
+    W, u, mu = J @ J.T, J @ rng.normal(size=7), np.full(2, 0.5)
+    u[2::3] = -np.abs(u[2::3])
+    contacts = ContactProblem(W, u, u, 0 * mu, mu, 0 * mu).contacts()
+    directions, rows = np.zeros((0, 6)), np.tile(u, (4096, 1))
+    law = Law(slip="path", order="sequential")
+    return in_turn(
+        lambda: find_outcomes(W, u, contacts, 4096, directions, 0, 0, 2),
+        lambda: solve_contact_problems(W, rows, friction=0.5, law=law, threads=2),
+        rounds=ROUNDS,
+    )
+
+
+def time_of_outcomes(in_plane: bool) -> list[float]:
+    """[ms] of 4096 outcomes of two contacts on two threads, several times."""
+    return [1e3 * seconds for seconds in outcomes_of_two(in_plane).ours.rounds]
 
 
 def falling_talos(count: int) -> tuple[Scene, np.ndarray, np.ndarray]:

@@ -21,6 +21,13 @@ constexpr int kCompressions = 4, kExpansions = 2;
 constexpr double kSpread = 14.0;
 // Fractions of an approach that a piece takes away: 2^-4 to 1, half of them whole.
 constexpr double kHalvings = 4.0;
+// Numbers of an order beside the weights; a share of orders in which contacts act together.
+constexpr int kMore = 3;
+constexpr double kShared = 0.4;
+// Slip that turns by less than this against its change keeps its direction.
+constexpr double kStraight = 1e-12;
+// Friction of contacts that stick together is looked for by so many sweeps.
+constexpr int kSweeps = 200;
 // One in so many samples tries all contacts at once.
 constexpr double kOneIn = 4.0;
 // An order holds for at most so many pieces, the last one to the end.
@@ -54,8 +61,8 @@ class Random {
 };
 
 // The orders of one phase, read from numbers in [0, 1]: a weight of each contact, the fraction of
-// a piece, and how many pieces follow it. A last number says from which order on, if at all, all
-// contacts are tried at once.
+// a piece, how many pieces follow it, and whether contacts share them. A last number says from
+// which order on, if at all, all contacts are tried at once.
 class Schedule {
   public:
     Schedule(const double* numbers, int contacts, int orders)
@@ -67,10 +74,11 @@ class Schedule {
         begin();
     }
 
-    static int size(int contacts, int orders) { return orders * (contacts + 2) + 1; }
+    static int size(int contacts, int orders) { return orders * (contacts + kMore) + 1; }
 
     double weight(int i) const { return weights_[i]; }
     double fraction() const { return fraction_; }
+    bool is_shared() const { return is_shared_; }
 
     // Count a piece.
     void advance() {
@@ -92,9 +100,10 @@ class Schedule {
 
   private:
     void begin() {
-        const double* x = numbers_ + order_ * (n_ + 2);
+        const double* x = numbers_ + order_ * (n_ + kMore);
         for (int i = 0; i < n_; ++i) weights_[i] = std::exp(kSpread * (x[i] - 0.5));
         fraction_ = std::exp2(kHalvings * std::min(2.0 * x[n_] - 1.0, 0.0));
+        is_shared_ = x[n_ + 2] < kShared;
         left_ = 1 + static_cast<int>(kMostPieces * x[n_ + 1] * x[n_ + 1] * x[n_ + 1]);
     }
 
@@ -102,6 +111,7 @@ class Schedule {
     const int n_, orders_;
     std::vector<double> weights_;
     double fraction_ = 1.0;
+    bool is_shared_ = false;
     const int together_;
     int order_ = 0, left_ = 0, pieces_ = 0;
     bool is_new_ = true;
@@ -118,7 +128,10 @@ class Process {
           blocks_(9 * n_),
           u_(rows_),
           budget_(n_),
-          zeros_(n_) {
+          zeros_(n_),
+          goal_(n_),
+          rate_(rows_),
+          change_(rows_) {
         double lightest = 0.0;
         for (int i = 0; i < n_; ++i) lightest = std::max(lightest, mobility(i));
         for (int i = 0; i < n_; ++i) {
@@ -169,12 +182,105 @@ class Process {
         if (schedule.tries_all() && press_all(P)) return true;
         for (int i; (i = chosen(schedule)) >= 0;) {
             poll(rows_, 3, 10);
-            if (!press(i, schedule.fraction(), P)) return false;
+            const bool together = schedule.is_shared() && press_shared(schedule, P);
+            if (!together && !press(i, schedule.fraction(), P)) return false;
             schedule.advance();
             if (schedule.tries_all() && press_all(P)) return true;
             if (schedule.is_long()) return press_in_turn(P);
         }
         return true;
+    }
+
+    // A piece of all contacts that approach, in shares by their weights, until the approach of one
+    // has fallen by a fraction; false where slip turns, which only one contact is followed along.
+    bool press_shared(const Schedule& schedule, double* P) {
+        for (int i = 0; i < n_; ++i) {
+            const bool acts = moves_[i] && u_[3 * i + 2] < -ended_;
+            rate_[3 * i + 2] = acts ? std::sqrt(std::sqrt(schedule.weight(i))) : 0.0;
+            goal_[i] = (1.0 - schedule.fraction()) * u_[3 * i + 2];
+        }
+        for (int count = 0; count <= 2 * n_; ++count) {
+            if (!set_friction()) return false;
+            double step = INFINITY;
+            bool ends = false;
+            for (int i = 0; i < n_; ++i) {
+                const double own = until(goal_[i] - u_[3 * i + 2], change_[3 * i + 2]);
+                if (rate_[3 * i + 2] > 0.0 && own <= step) {
+                    step = own;
+                    ends = true;
+                }
+                const double slip = slip_of(i);
+                const double stop = until(-slip, slip > 0.0 ? slip_change(i) / slip : 0.0);
+                if (rate_[3 * i + 2] > 0.0 && stop < step) {
+                    step = stop;
+                    ends = false;
+                }
+            }
+            if (!(step < INFINITY)) return false;
+            for (int r = 0; r < rows_; ++r) {
+                P[r] += step * rate_[r];
+                u_[r] += step * change_[r];
+            }
+            if (ends) return true;
+        }
+        return false;
+    }
+
+    // How far to go at a rate; infinite where the rate leads away.
+    static double until(double distance, double rate) {
+        return distance * rate > 0.0 ? distance / rate : INFINITY;
+    }
+
+    double slip_of(int i) const {
+        const double slip = std::hypot(u_[3 * i], u_[3 * i + 1]);
+        return slip > ended_ ? slip : 0.0;
+    }
+    double slip_change(int i) const {
+        return u_[3 * i] * change_[3 * i] + u_[3 * i + 1] * change_[3 * i + 1];
+    }
+
+    // Friction beside the normal rates: against the slip, or what keeps sticking as far as it can;
+    // and the changes W dP. False where slip turns, or what sticks is not found.
+    bool set_friction() {
+        for (int i = 0; i < n_; ++i) {
+            const double slip = slip_of(i), most = p_.friction[i] * rate_[3 * i + 2];
+            for (int k = 0; k < 2; ++k)
+                rate_[3 * i + k] = slip > 0.0 ? -most * u_[3 * i + k] / slip : 0.0;
+        }
+        double off = INFINITY;
+        for (int sweep = 0; sweep < kSweeps && off > tolerance::rounding; ++sweep) {
+            off = 0.0;
+            for (int i = 0; i < n_; ++i) off = std::max(off, hold(i));
+        }
+        if (off > kStraight) return false;
+        for (int r = 0; r < rows_; ++r) change_[r] = dot(p_.W + r * rows_, rate_.data(), rows_);
+        for (int i = 0; i < n_; ++i) {
+            const double slip = slip_of(i);
+            const double turn = u_[3 * i] * change_[3 * i + 1] - u_[3 * i + 1] * change_[3 * i];
+            if (p_.friction[i] * rate_[3 * i + 2] > 0.0 && slip > 0.0 &&
+                std::abs(turn) > kStraight * slip * std::hypot(change_[3 * i], change_[3 * i + 1]))
+                return false;
+        }
+        return true;
+    }
+
+    // A step of a sticking contact's friction towards rest; its size over the largest friction.
+    double hold(int i) {
+        const double most = p_.friction[i] * rate_[3 * i + 2];
+        const double* W = p_.W + 3 * i * rows_;
+        const double trace = W[3 * i] + W[rows_ + 3 * i + 1];
+        if (!(most > 0.0) || slip_of(i) > 0.0 || !(trace > 0.0)) return 0.0;
+        double next[2], size = 0.0, step = 0.0;
+        for (int k = 0; k < 2; ++k) {
+            next[k] = rate_[3 * i + k] - dot(W + k * rows_, rate_.data(), rows_) / trace;
+            size = std::hypot(size, next[k]);
+        }
+        for (int k = 0; k < 2; ++k) {
+            if (size > most) next[k] *= most / size;
+            step = std::max(step, std::abs(next[k] - rate_[3 * i + k]));
+            rate_[3 * i + k] = next[k];
+        }
+        return step / most;
     }
 
     // The compression that remains.
@@ -271,7 +377,7 @@ class Process {
     const ContactProblem& p_;
     const int n_, rows_;
     const double ended_;  // [m/s]
-    std::vector<double> blocks_, u_, budget_, zeros_;
+    std::vector<double> blocks_, u_, budget_, zeros_, goal_, rate_, change_;
     std::vector<char> moves_;
     bool expands_ = false;
 };

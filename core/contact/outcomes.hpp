@@ -27,7 +27,8 @@ struct Outcomes {
 // The extreme shares are one contact at a time, and any others are limits of them that alternate.
 // So an outcome is made of pieces, in each of which one contact is followed along its path until
 // its approach has fallen by a fraction: an exact solution whatever the fractions are. Small
-// fractions in turn are shares of a mixture, whole ones a sequence of impacts.
+// fractions in turn are shares of a mixture, whole ones a sequence of impacts. Contacts that stick,
+// or whose slip keeps its direction, are also pressed together, in constant shares.
 // After the compression each contact receives e P_n of it more, in any shares (Poisson), and what
 // then approaches is compressed without restitution (Glocker & Pfeiffer 1995).
 //
