@@ -15,16 +15,8 @@ namespace {
 constexpr int kMostSteps = 20000;
 // Error of a step, in units in which velocities and mobilities are of size 1.
 constexpr double kError = 1e-13, kImplicit = 1000.0;
-// A change of what a contact does along its normal is found to this.
-constexpr double kCrossed = 1e-13;
-// Friction this near to all that there can be is all.
-constexpr double kTorn = 1e-8;
-// Slip below this is none.
-constexpr double kFaint = 1e-10;
 // A held contact is loaded again where its force rises in this time.
 constexpr double kAhead = 1e-6;
-// Forces and velocities below this have ended.
-constexpr double kWeak = 1e-12;
 
 enum class Normal { open, loads, unloads, held };
 // Slip that begins has a way of its own only later.
@@ -71,9 +63,9 @@ class LzbState {
             for (double& w : W_) w /= mobility_;
             for (double& u : free_) u /= speed_;
             for (int i = 0; i < n_; ++i)
-                normal_[i] = free_[3 * i + 2] > kWeak ? Normal::open
-                             : std::isinf(kappa_[i])  ? Normal::held
-                                                      : Normal::loads;
+                normal_[i] = free_[3 * i + 2] > tolerance::at_rest ? Normal::open
+                             : std::isinf(kappa_[i])               ? Normal::held
+                                                                   : Normal::loads;
             run();
         }
         return result(moves);
@@ -231,21 +223,21 @@ class LzbState {
             const double un = u_[3 * i + 2], depth = y[rows_ + i];
             if (normal_[i] != Normal::open) {
                 if (slips(i)) least = std::min(least, ahead(i) - from_[i]);
-                if (slip_[i] != Slipping::goes_on && slip(i) > kFaint)
-                    least = std::min(least, kFaint - slip(i));
+                if (slip_[i] != Slipping::goes_on && slip(i) > tolerance::gain)
+                    least = std::min(least, tolerance::gain - slip(i));
             }
             if (holds(i)) {
                 least = std::min({least, -rise[i], -un});
                 continue;
             }
             if (normal_[i] == Normal::open) {
-                if (un < -kWeak) least = std::min(least, -depth);
+                if (un < -tolerance::at_rest) least = std::min(least, -depth);
                 continue;
             }
             if (un > 0.0) least = std::min(least, depth);
             if (normal_[i] == Normal::unloads)
                 least = std::min(least, un);
-            else if (e2(i) < 1.0 && depth > kCrossed)
+            else if (e2(i) < 1.0 && depth > tolerance::solved)
                 least = std::min(least, -un);
         }
         return least;
@@ -270,7 +262,7 @@ class LzbState {
             if (!stepper.step(f, [](double*) {}, 0.0, next.data(), rate.data(), INFINITY, step))
                 break;
             rates(next.data(), nullptr);
-            if (margin(next.data()) < -kCrossed) {
+            if (margin(next.data()) < -tolerance::solved) {
                 shorten(stepper, f, step, next);
                 stepper.restart();
                 stepper.next = std::max(step.end, 1e-6);
@@ -295,10 +287,11 @@ class LzbState {
         rates(y_.data(), nullptr);
         for (int i = 0; i < n_; ++i) {
             const double speed = slip(i);
-            const bool slipped = slips(i), remains = slipped && speed > kCrossed && ahead(i) > 0.0;
-            slip_[i] = speed > kFaint ? Slipping::goes_on
-                       : remains      ? Slipping::begins
-                                      : Slipping::none;
+            const bool slipped = slips(i),
+                       remains = slipped && speed > tolerance::solved && ahead(i) > 0.0;
+            slip_[i] = speed > tolerance::gain ? Slipping::goes_on
+                       : remains               ? Slipping::begins
+                                               : Slipping::none;
             for (int k = 0; k < 2 && slips(i); ++k) last_[2 * i + k] = u_[3 * i + k] / speed;
             from_[i] = 0.0;
             ended_[i] = slipped && !slips(i);
@@ -315,7 +308,7 @@ class LzbState {
             if (holds(i)) drift = std::max(drift, std::abs(u_[3 * i + 2]));
             if (rubs(i) && !slips(i)) drift = std::max(drift, std::hypot(u_[3 * i], u_[3 * i + 1]));
         }
-        if (drift <= kCrossed) return;
+        if (drift <= tolerance::solved) return;
         Arena::Scope scope(scratch());
         double *answer = scratch().allocate(9 * m * m), *u = scratch().allocate(3 * m);
         rest_slopes(rest_.problem, rest_.pressed.data(), answer);
@@ -332,7 +325,7 @@ class LzbState {
         for (std::size_t a = 0; a < rest_.contact.size(); ++a) {
             const int i = rest_.contact[a];
             const double *rate = rest_.rate.data() + 3 * a, torn = std::hypot(rate[0], rate[1]);
-            if (slips(i) || !rubs(i) || !(torn > kTorn * most)) continue;
+            if (slips(i) || !rubs(i) || !(torn > tolerance::torn * most)) continue;
             slip_[i] = Slipping::begins;
             for (int k = 0; k < 2; ++k) last_[2 * i + k] = rate[k] / torn;
             from_[i] = std::min(0.0, ahead(i));
@@ -346,10 +339,10 @@ class LzbState {
             if (!stepper.shortened(f, step, end, cut)) return NAN;
             cut.at(end, next.data());
             rates(next.data(), nullptr);
-            return margin(next.data()) + 2.0 * kCrossed;
+            return margin(next.data()) + 2.0 * tolerance::solved;
         };
         double low = 0.0, high = step.end;
-        double at_low = 1.0, at_high = margin(next.data()) + 2.0 * kCrossed;
+        double at_low = 1.0, at_high = margin(next.data()) + 2.0 * tolerance::solved;
         for (int count = 0; count < 100 && high - low > 1e-15 * step.end; ++count) {
             double middle = (low * at_high - high * at_low) / (at_high - at_low);
             if (count % 2 == 1 || !(low < middle && middle < high)) middle = 0.5 * (low + high);
@@ -360,7 +353,7 @@ class LzbState {
             } else {
                 high = middle, at_high = here;
                 at_low *= 0.5;
-                if (here > -kCrossed) break;
+                if (here > -tolerance::solved) break;
             }
         }
         left(high);
@@ -372,14 +365,14 @@ class LzbState {
         rates(y_.data(), nullptr);
         const double un = u_[3 * i + 2];
         if (normal_[i] == Normal::open) {
-            if (!(depth(i) >= -kCrossed && un < -kWeak)) return;
+            if (!(depth(i) >= -tolerance::solved && un < -tolerance::at_rest)) return;
             normal_[i] = std::isinf(kappa_[i]) ? Normal::held : Normal::loads;
             depth(i) = 0.0;
         } else if (holds(i)) {
-            if (force_[3 * i + 2] <= kCrossed) {
+            if (force_[3 * i + 2] <= tolerance::solved) {
                 normal_[i] = Normal::open;
                 depth(i) = 0.0;
-            } else if (rises_of_held(y_.data())[i] > kCrossed) {
+            } else if (rises_of_held(y_.data())[i] > tolerance::solved) {
                 // Loaded again where its force rises, from the force that it carries. The residue
                 // of u_n = 0 after the steps would end the loading at once.
                 const double F = force_[3 * i + 2];
@@ -392,15 +385,16 @@ class LzbState {
                 depth(i) = std::pow(F / kappa_[i], 1.0 / exponent_);
                 y_[3 * i + 2] -= u_[3 * i + 2] / W_[(3 * i + 2) * (rows_ + 1)];
             }
-        } else if (depth(i) <= kCrossed && un > kCrossed) {
+        } else if (depth(i) <= tolerance::solved && un > tolerance::solved) {
             normal_[i] = Normal::open;
             depth(i) = -1e-30;
         } else if (normal_[i] == Normal::loads && e2(i) < 1.0 &&
-                   (un > kCrossed || (ended_[i] && un > -kFaint && rises(i) >= 0.0))) {
+                   (un > tolerance::solved ||
+                    (ended_[i] && un > -tolerance::gain && rises(i) >= 0.0))) {
             // It has stopped, or friction that has ended its slip wedges it.
             ended_[i] = 0;
             normal_[i] = e2(i) > 0.0 ? Normal::unloads : Normal::held;
-        } else if (normal_[i] == Normal::unloads && un < -kCrossed) {
+        } else if (normal_[i] == Normal::unloads && un < -tolerance::solved) {
             normal_[i] = Normal::loads;
         }
     }
@@ -431,23 +425,25 @@ class LzbState {
         for (int i = 0; i < n_; ++i) {
             double un = u_[3 * i + 2], f = force_[3 * i + 2];
             if (normal_[i] == Normal::open) {
-                moves = moves || un < -kWeak;
+                moves = moves || un < -tolerance::at_rest;
                 continue;
             }
-            presses = presses || f > kWeak;
+            presses = presses || f > tolerance::at_rest;
             if (holds(i)) continue;
-            moves = moves || un < -kWeak || (f > kWeak && un > kWeak);
-            moves = moves || (f > kWeak && std::abs(rises(i)) > kWeak * strongest_force);
+            moves = moves || un < -tolerance::at_rest ||
+                    (f > tolerance::at_rest && un > tolerance::at_rest);
+            moves = moves || (f > tolerance::at_rest &&
+                              std::abs(rises(i)) > tolerance::at_rest * strongest_force);
         }
         if (presses && !moves) {
             bool held = true;
             for (int r = 0; r < rows_; ++r)
                 if (rubs(r / 3) || r % 3 == 2)
                     held = held && std::abs(dot(W_.data() + r * rows_, force_.data(), rows_)) <=
-                                       kWeak * strongest_force;
+                                       tolerance::at_rest * strongest_force;
             if (!held) return false;
             for (int i = 0; i < n_; ++i)
-                if (springs(i) && e2(i) > 0.0 && force_[3 * i + 2] > kWeak)
+                if (springs(i) && e2(i) > 0.0 && force_[3 * i + 2] > tolerance::at_rest)
                     status_ = Status::no_solution;
             return true;
         }

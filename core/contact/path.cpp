@@ -79,7 +79,7 @@ struct Series {
             ((missing > 0.0) == rising ? low : top) = x;
             double next = slope != 0.0 ? x + missing / slope : 0.5 * (low + top);
             if (!(low <= next && next <= top)) next = 0.5 * (low + top);
-            if (std::abs(next - x) <= 1e-16 * x) break;
+            if (std::abs(next - x) <= 0.25 * tolerance::last_bits * x) break;
             x = next;
         }
         return moved(x, goal, at(number<S>(x)), slope);
@@ -402,7 +402,7 @@ class Path {
             if (length <= 1.0 + tolerance::rounding) break;
             double slope = (k2 * s1 * s1 - 2.0 * k12 * s1 * s2 + k1 * s2 * s2) / determinant;
             double step = length * length * (length - 1.0) / slope;
-            if (step <= 1e-16 * lambda) break;
+            if (step <= 0.25 * tolerance::last_bits * lambda) break;
             lambda += step;
         }
         double length = std::hypot(s1, s2);

@@ -12,10 +12,6 @@ namespace impulsekit {
 namespace {
 
 constexpr int kRefinements = 6;
-// Accelerations and forces below this share of all are none.
-constexpr double kNothing = 1e-11;
-// Turning that accelerates by less than this share of all does not.
-constexpr double kNoTurning = 1e-9;
 // The least share of a load, which the steps of refinement still bring to its place.
 constexpr double kLeastShare = 1e-2;
 // Rows that move nothing, relative to the most mobile.
@@ -214,7 +210,7 @@ class RestLaw {
         double most = 0.0;
         for (int r = 0; r < rows_; ++r)
             if (unit_[r] > 0.0) most = std::max(most, std::abs(F_[r]) / unit_[r]);
-        const double least = kNothing * std::max(most, scale_);
+        const double least = tolerance::handed_on * std::max(most, scale_);
         bool good = true;
         changed_ = false;
         for (int i = 0; i < p_.points; ++i) {
@@ -249,8 +245,8 @@ class RestLaw {
             for (int j = 0; j < 3 && !turning_; ++j) {
                 const int r = turn_row(k) + j;
                 if (holds(j < 2 ? roll : roll + 1))
-                    held =
-                        held && unit_[r] * std::abs(a_[r]) <= kNoTurning * std::max(most, scale_);
+                    held = held &&
+                           unit_[r] * std::abs(a_[r]) <= tolerance::alike * std::max(most, scale_);
             }
             if (holds(roll)) held = held && within(turn_row(k), 2, p_.reach[roll] * load);
             if (holds(roll + 1))

@@ -15,12 +15,6 @@ namespace {
 constexpr int kMostHits = 10000;
 // After so many hits a steady ratio is looked for, and again each time there are half as many more.
 constexpr int kLong = 100;
-// Paces that differ by less than this share are one, whatever rounding says.
-constexpr double kTied = 1e-11;
-// Traits that differ by less than this share are alike.
-constexpr double kSameTraits = 1e-9;
-// Error that the sum of a series may have, relative to all impulses.
-constexpr double kSeries = 1e-11;
 // Speeds that grow by this factor have no end.
 constexpr double kEndless = 1e30;
 
@@ -116,12 +110,12 @@ class Sequence {
         double known[5] = {};
         for (int i = 0; i < n_; ++i) {
             if (!(approach(i) > 0.0) || !moves(i)) continue;
-            if (std::abs(pace_of(i) - pace) > kTied * pace) continue;
+            if (std::abs(pace_of(i) - pace) > tolerance::handed_on * pace) continue;
             double own[5];
             traits(i, own);
             double apart = best < 0 ? 1.0 : 0.0;
             for (int k = 0; k < 5 && best >= 0 && apart == 0.0; ++k)
-                if (std::abs(own[k] - known[k]) > kSameTraits * (own[k] + known[k]))
+                if (std::abs(own[k] - known[k]) > tolerance::alike * (own[k] + known[k]))
                     apart = own[k] - known[k];
             if (apart > 0.0) {
                 best = i;
@@ -221,11 +215,12 @@ class Sequence {
         }
         double ratio =
             dot(last.data(), before.data(), rows_) / dot(before.data(), before.data(), rows_);
-        if (!(ratio > 0.0 && ratio < 1.0 - kSameTraits)) return;
+        if (!(ratio > 0.0 && ratio < 1.0 - tolerance::alike)) return;
         double off = 0.0;
         for (int r = 0; r < rows_; ++r) off = std::max(off, std::abs(last[r] - ratio * before[r]));
         double left = 1.0 - ratio;
-        if (off / (left * left) > kSeries * largest(solution_.impulse.data(), rows_)) return;
+        if (off / (left * left) > tolerance::handed_on * largest(solution_.impulse.data(), rows_))
+            return;
         std::vector<double> start = solution_.after;
         for (int r = 0; r < rows_; ++r) {
             last[r] *= ratio / left;

@@ -30,6 +30,10 @@ inline constexpr double contradiction = 1e-6;
 inline constexpr double same = 1e-8;
 // A velocity this small beside others is at an edge between two modes.
 inline constexpr double edge = 1e-7;
+// Rounding that the hits of a sequence, or the rounds of a law, hand on: shares below are none.
+inline constexpr double handed_on = 1e-11;
+// Friction this near to all that there can be, or a pull this near to what holds, is at its end.
+inline constexpr double torn = 1e-8;
 // Work above this share of the energies in play is a gain.
 inline constexpr double gain = 1e-10;
 // Coefficients below this are zero: products with them would leave the doubles.

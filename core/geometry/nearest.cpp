@@ -22,8 +22,6 @@ constexpr int kMostSupports = 60, kMostSteps = 30, kMostRounds = 24;
 constexpr int kMostStarts = 8;
 // Guesses this near each other lead to the same end (cosine).
 constexpr double kSameWay = 0.9;
-// A point that reaches further than all others by this, relative to the size, is alone.
-constexpr double kAlone = 1e-9;
 
 double length(const V& a) { return std::sqrt(dot(a, a)); }
 
@@ -333,7 +331,8 @@ bool sharpen(const Pair& pair, Simplex simplex, V n, V& normal, Simplex& found) 
         int least = 0;
         for (int k = 1; k < own.count; ++k)
             if (own.corners[k].weight < own.corners[least].weight) least = k;
-        if (left <= 100.0 * tolerance::sums * pair.size && own.corners[least].weight >= -kAlone) {
+        if (left <= 100.0 * tolerance::sums * pair.size &&
+            own.corners[least].weight >= -tolerance::alike) {
             if (std::abs(pair.separation(along) - g) > tolerance::at_rest * (1.0 + pair.size))
                 return false;
             normal = along, found = own;
@@ -464,7 +463,7 @@ Pair pair_of(const Shape& a, const Placement& pa, const Shape& b, const Placemen
     const Placement relative{
         {back(r, pa.rotation.x), back(r, pa.rotation.y), back(r, pa.rotation.z)},
         pb.back(pa.origin)};
-    const double size = std::max(a.reach < b.reach ? a.reach : b.reach, 1e-9);
+    const double size = std::max(a.reach < b.reach ? a.reach : b.reach, tolerance::alike);
     return {{a, relative}, {b, {}}, a.radius + b.radius, size};
 }
 
@@ -562,7 +561,7 @@ Nearest nearest(const Shape& a, const Placement& pa, const Shape& b, const Place
     }
     // A point alone that reaches furthest is told by the normal, beside a face to all digits; where
     // nothing else is known, of several one of the body that has fewer.
-    const double level = kAlone * pair.size;
+    const double level = tolerance::alike * pair.size;
     V own_ends[2], other_ends[2];
     const int count = pair.a.count_furthest(-own.normal, level, own_ends),
               other_count = pair.b.count_furthest(own.normal, level, other_ends);

@@ -6,6 +6,8 @@
 #include <map>
 #include <utility>
 
+#include "linalg/tolerances.hpp"
+
 namespace impulsekit {
 namespace {
 
@@ -14,13 +16,11 @@ using V = Vec3<double>;
 double length(const V& a) { return std::sqrt(dot(a, a)); }
 V unit(const V& a) { return a * (1.0 / length(a)); }
 
-// Normals, or edges, closer than this are the same up to their sign.
-constexpr double kSameAxis = 1e-9;
-
 void add_axis(std::vector<V>& axes, const V& a) {
     for (const V& b : axes) {
         const V less = a - b, more = a + b;
-        if (std::min(dot(less, less), dot(more, more)) < kSameAxis * kSameAxis) return;
+        if (std::min(dot(less, less), dot(more, more)) < tolerance::alike * tolerance::alike)
+            return;
     }
     axes.push_back(a);
 }

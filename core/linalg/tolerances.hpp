@@ -16,6 +16,8 @@ inline constexpr double solved = 1e-13;
 inline constexpr double at_rest = 1e-12;
 // Points nearer than this have no direction between them [m].
 inline constexpr double no_length = 1e-12;
+// Two of a kind, such as axes, points or states of hits: what differs by less is alike.
+inline constexpr double alike = 1e-9;
 // Edges or axes at a smaller angle are parallel (sine); pivots below this share are rounding.
 inline constexpr double parallel = 1e-10;
 // No divisor is smaller.

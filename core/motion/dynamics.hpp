@@ -9,6 +9,7 @@
 #include "motion/bilateral_constraints.hpp"
 #include "motion/contact_gaps.hpp"
 #include "motion/forces.hpp"
+#include "motion/tolerances.hpp"
 #include "spatial/mass_factor.hpp"
 
 namespace impulsekit {
@@ -49,10 +50,6 @@ struct MotionScene {
     std::vector<DryJoint> dry;
 };
 
-// A sticking contact breaks away if it accelerates by more than this share of what it would without
-// contact forces.
-inline constexpr double kTorn = 1e-8;
-
 enum class DynamicsFailure { none, singular_mass, contradiction, rest_not_solved };
 
 class Dynamics {
@@ -65,7 +62,7 @@ class Dynamics {
     ContactGaps contact_gaps;
     Kinks kinks;
     // Slip below this [m/s] has no direction of its own.
-    double slow = 1e-9;
+    double slow = kNoSlip;
     int evaluations = 0;
 
     // From the last evaluation: by point F and a (3n) and slip u (3n), in the axes of each; of

@@ -8,8 +8,6 @@
 namespace impulsekit {
 namespace {
 
-// A body that rests, or has just parted, has come down elsewhere this deep [m].
-constexpr double kElsewhere = 1e-10;
 // Gaps may close between the nodes of a step so many times as fast as at them.
 constexpr double kFaster = 1.3;
 // Parts of a step at which it is looked at.
@@ -84,17 +82,17 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         // A gap that is as good as closed and stays so, sliding on or parting slowly, is looked at
         // ever less often: its distance says nothing of when it comes down, a fall shows at the
         // next look.
-        by = std::max({by, least, now.gap <= kElsewhere ? 2.0 * last : 0.0});
-        last = now.gap <= kElsewhere ? by : 0.0;
+        by = std::max({by, least, now.gap <= kWaver ? 2.0 * last : 0.0});
+        last = now.gap <= kWaver ? by : 0.0;
         const double next = std::min(at + by, until);
         const GapState there = measure(next);
         if (there.gap < 0.0 && now.gap > 0.0)
             return zero_between(at, now.gap, next, there.gap,
                                 [&](double x) { return measure(x).gap; });
         // A gap that began closed may have opened by less than can be seen, and closed again.
-        if (there.gap < -kElsewhere && now.gap > -kElsewhere)
-            return zero_between(at, now.gap + kElsewhere, next, there.gap + kElsewhere,
-                                [&](double x) { return measure(x).gap + kElsewhere; });
+        if (there.gap < -kWaver && now.gap > -kWaver)
+            return zero_between(at, now.gap + kWaver, next, there.gap + kWaver,
+                                [&](double x) { return measure(x).gap + kWaver; });
         at = next;
         now = there;
     }
@@ -173,7 +171,7 @@ double Motion::first_closing(const Step& step, int gap, double until, double& un
 // rest, is below that.
 double Motion::first_elsewhere(const Step& step, int gap, double until) {
     const double base = base_[gap];
-    base_[gap] = std::min(base, 0.0) - kElsewhere;
+    base_[gap] = std::min(base, 0.0) - kWaver;
     double left = step.start, value = gap_at(step, gap, left).gap, found = INFINITY;
     for (int i = 1; i < 9 && left < until && found == INFINITY; ++i) {
         const double right = std::min(step.start + 0.125 * i * (step.end - step.start), until);
@@ -252,13 +250,13 @@ void Motion::write_tears(double at, const double* q, const double* v, std::vecto
         if (!pulls(point) && !drops(point)) continue;
         const double* rate = dynamics_.rate.data() + 3 * i;
         const double slips =
-            drops(point) ? std::hypot(rate[0], rate[1]) - kTorn * dynamics_.size : -1.0;
+            drops(point) ? std::hypot(rate[0], rate[1]) - tolerance::torn * dynamics_.size : -1.0;
         const double parts = pulls(point) ? rate[2] - kParted * dynamics_.size : -1.0;
         found.push_back(-std::max(slips, parts));
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j)
         if (rest_.dry[j] == 0)
-            found.push_back(kTorn * dynamics_.size - std::abs(dynamics_.dry_rate[j]));
+            found.push_back(tolerance::torn * dynamics_.size - std::abs(dynamics_.dry_rate[j]));
 }
 
 double Motion::first_change(const Step& step, double until) {
@@ -353,7 +351,7 @@ void Motion::stop_slips() {
     };
     double fastest = 1.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    const double none = 1e-9 * fastest;
+    const double none = tolerance::residual * fastest;
     for (RestingContact& point : rest_.points) {
         const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
         dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v,

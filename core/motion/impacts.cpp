@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "impact/scene_impact.hpp"
 #include "linalg/arena.hpp"
 #include "motion/motion.hpp"
@@ -11,8 +12,6 @@ namespace {
 
 // Bodies touch at points so near [m]; where they are told less well, at the nearest of these.
 constexpr double kContactMargins[] = {1e-8, 1e-7, 1e-6, 1e-5};
-// Distances waver by so much where bodies have just parted [m].
-constexpr double kWaver = 1e-10;
 // So many impacts below the capture speed, none later than this [s] after the one before, are
 // chatter: two ends of an edge that rests lift each other in turn, by ever the same speed.
 constexpr int kChatter = 8;
@@ -23,9 +22,8 @@ constexpr double kStill = 1e-8;
 constexpr double kPressed[] = {1e-12, 1e-8, 1e-6}, kPressedOfSum = 1e-14;
 // Changes of velocity so many times the pressing, and of this share of the slip, are an impact's.
 constexpr double kAnImpact = 1e3, kOfSlip = 1e-7;
-// If no forces hold a resting contact, slip below the first [m/s], or that friction ends within the
-// second [s], is stopped; below the third it counts as none.
-constexpr double kSlowSlip = 1e-5, kSoon = 1e-9, kNoSlipAtAll = 1e-14;
+// If no forces hold a resting contact, slip below this [m/s] is stopped.
+constexpr double kSlowSlip = 1e-5;
 
 double sum_of(const double* row, const double* v, int nv) {
     double sum = 0.0;
@@ -255,7 +253,7 @@ bool Motion::release_unloaded() {
     }
     std::vector<RestingContact> stays;
     for (std::size_t i = 0; i < opening.size(); ++i)
-        if (opening[i] < -kTorn * size) stays.push_back(rest_.points[i]);
+        if (opening[i] < -tolerance::torn * size) stays.push_back(rest_.points[i]);
     if (stays.size() == opening.size()) return false;
     retain_contacts(stays);
     return true;
@@ -325,8 +323,8 @@ bool Motion::impact_without_collision() {
         for (int k = 0; k < nv(); ++k) sum += std::abs(row[2 * nv() + k] * v[k]);
         sums = std::max(sums, sum);
         if (static_cast<int>(dynamics_.rate.size()) == 3 * n)
-            most = std::max(most,
-                            kSoon * std::hypot(dynamics_.rate[3 * i], dynamics_.rate[3 * i + 1]));
+            most = std::max(most, tolerance::alike *
+                                      std::hypot(dynamics_.rate[3 * i], dynamics_.rate[3 * i + 1]));
         rows.insert(rows.end(), row + 2 * nv(), row + 3 * nv());
         change.push_back(-un);
         if (!(speed > 0.0 && speed < most)) continue;
@@ -334,7 +332,7 @@ bool Motion::impact_without_collision() {
         rows.insert(rows.end(), row, row + 2 * nv());
         change.insert(change.end(), {-s0, -s1});
     }
-    if (slowest > kNoSlipAtAll &&
+    if (slowest > tolerance::sums &&
         dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
                                       dv.data())) {
         for (int i = 0; i < nv(); ++i) v[i] += dv[i];

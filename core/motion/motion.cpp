@@ -206,7 +206,7 @@ double Motion::longest_step(double until) const {
         }
     if (settings_.max_step > 0.0) longest = std::min(longest, settings_.max_step);
     if (settings_.method == Method::dop853) {
-        longest = std::min(longest, std::max(until_stopping(), 1e-9));
+        longest = std::min(longest, std::max(until_stopping(), tolerance::alike));
         if (micro_bounce_ > 0.0) longest = std::min(longest, 1.05 * micro_bounce_);
     }
     return longest;

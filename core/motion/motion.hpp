@@ -11,23 +11,14 @@
 #include "impact/impact.hpp"
 #include "integrator/stepper.hpp"
 #include "motion/dynamics.hpp"
+#include "motion/tolerances.hpp"
 
 namespace impulsekit {
-
-// Thresholds of events: a resting point that opens faster has lifted [m/s]; one held by a pull
-// that accelerates away by more than this share of what it would without forces is torn off; one
-// further beside its face, or beyond its edge, has left it [m]. At the event itself rounding may
-// leave a little less: from the second of each on, points are let go of there.
-inline constexpr double kLifted = 0.5e-8, kLiftedAtEvent = 0.9 * kLifted;
-inline constexpr double kParted = 1e-10, kPartedAtEvent = 0.5 * kParted;
-inline constexpr double kLeft = 2e-6, kLeftAtEvent = 0.95 * kLeft;
-// Slip without a capture speed that has no direction [m/s].
-inline constexpr double kNoSlip = 1e-9;
 
 struct MotionSettings {
     Method method = Method::dop853;
     double rtol = 1e-8, atol = 1e-12, fixed_length = 1e-3, max_step = 0.0;
-    double capture_speed = 1e-7, together = 1e-9;
+    double capture_speed = 1e-7, together = tolerance::alike;
     double scale_of_time = 1.0;      // the length of the whole motion [s]
     std::vector<double> stop_times;  // rising
     int max_impacts = 10000, max_steps = 100000;
@@ -204,7 +195,7 @@ class Motion {
     std::vector<GapState> before_;
     ImpactSolution solution_;
     PointCoefficients coefficients_;
-    double slow_ = 1e-9;         // slip below it is none after an impact [m/s]
+    double slow_ = kNoSlip;      // slip below it is none after an impact [m/s]
     double smooth_since_ = 0.0;  // nothing has happened from then on [s]
     double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never
     double still_since_ = 0.0;

@@ -16,10 +16,6 @@ constexpr double kGrazed = 1e-13;
 // Rounding of places, of their size.
 constexpr double kRounded = 2e-15;
 constexpr int kMostSteps = 3;
-// Velocities below this share of the largest are none, and turning below this [rad/s].
-constexpr double kNoTurn = 1e-9;
-// Gaps this near at the start touch [m]. Rows move as they should within this share of speeds.
-constexpr double kTouchesAtStart = 1e-9, kHolds = 1e-9;
 
 double sum_of(const double* row, const double* v, int nv) {
     double sum = 0.0;
@@ -36,9 +32,9 @@ std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
     for (std::size_t i = 0; i < gaps.size(); ++i) {
         const GapState state =
             dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
-        if (!(state.gap <= kTouchesAtStart)) continue;
+        if (!(state.gap <= kAtStop)) continue;
         if (!dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
-            passing_[i] = state.gap < -kTouchesAtStart;
+            passing_[i] = state.gap < -kAtStop;
             continue;
         }
         found.emplace_back(static_cast<int>(i), state);
@@ -62,7 +58,7 @@ bool Motion::is_driven_off() {
         if (!scene_->scene.kept[r])
             missing = std::max(missing, std::abs(speed[r] - sum_of(row, y.data() + nq(), nv())));
     }
-    return missing > kHolds * scale;
+    return missing > tolerance::residual * scale;
 }
 
 void Motion::begin(const double* v, const std::vector<int>& contact_gaps) {
@@ -186,8 +182,8 @@ bool Motion::find_slip_states(double no_slip) {
         RestingContact& point = rest_.points[i];
         point.slip = slip_state_of(J.data() + 3 * i * nv(), 2, no_slip);
         if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
-        point.roll = slip_state_of(J.data() + 3 * next * nv(), 2, kNoTurn);
-        point.spin = slip_state_of(J.data() + (3 * next + 2) * nv(), 1, kNoTurn);
+        point.roll = slip_state_of(J.data() + 3 * next * nv(), 2, kNoSlip);
+        point.spin = slip_state_of(J.data() + (3 * next + 2) * nv(), 1, kNoSlip);
         ++next;
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
@@ -250,7 +246,7 @@ bool Motion::update_slip_states() {
                             int size, double none, bool loaded, bool smooth) {
         const double length = size == 2 ? std::hypot(speed[0], speed[1]) : std::abs(speed[0]);
         const double torn = size == 2 ? std::hypot(rate[0], rate[1]) : std::abs(rate[0]);
-        const bool tears = torn > kTorn * dynamics_.size;
+        const bool tears = torn > tolerance::torn * dynamics_.size;
         if (slip_state.begins() && !tears) {
             slip_state = SlipState();
             changed = true;
@@ -274,14 +270,14 @@ bool Motion::update_slip_states() {
         const double *speed = dynamics_.turning.data() + 3 * next,
                      *rate = dynamics_.turn_rate.data() + 3 * next;
         if (own.rolling > 0.0)
-            update(point.roll, speed, rate, 2, kNoTurn * 1e2, point.pressed, false);
+            update(point.roll, speed, rate, 2, kNoSlip * 1e2, point.pressed, false);
         if (own.torsion > 0.0)
-            update(point.spin, speed + 2, rate + 2, 1, kNoTurn * 1e2, point.pressed, false);
+            update(point.spin, speed + 2, rate + 2, 1, kNoSlip * 1e2, point.pressed, false);
         ++next;
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j)
         if (rest_.dry[j] == 0 && dynamics_.dry_rate[j] != 0.0) {
-            if (!(std::abs(dynamics_.dry_rate[j]) > kTorn * dynamics_.size)) continue;
+            if (!(std::abs(dynamics_.dry_rate[j]) > tolerance::torn * dynamics_.size)) continue;
             rest_.dry[j] = dynamics_.dry_rate[j] > 0.0 ? 1 : -1;
             changed = true;
         }
