@@ -1,5 +1,6 @@
 """Random scenes of MuJoCo: bodies and chains of all kinds of joints and geoms above a floor."""
 
+import re
 from dataclasses import dataclass
 
 import mujoco
@@ -69,3 +70,36 @@ def random_scene(seed, condim=None, bodies=None):
     e = {name: float(random.uniform(0.1, 1.0)) for name in names}
     own = tuple(float(x) for x in model.geom_friction[0])
     return RandomScene(model, data, condim, own, e)
+
+
+def urdf_scene(path):
+    """Return the scene of a URDF's robot that falls on balls at the tips of its tree.
+
+    None where MuJoCo refuses its inertias, or it is all one body.
+    """
+    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", path.read_text("utf-8"), flags=re.DOTALL)
+    setting = '<mujoco><compiler fusestatic="false"/></mujoco></robot>'
+    spec = mujoco.MjSpec.from_string(text.replace("</robot>", setting))
+    friction = [0.6, 0.005, 0.0001]
+    floor = {"size": [9, 9, 0.1], "friction": friction, "contype": 0, "conaffinity": 1}
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, **floor)
+    base = spec.worldbody.first_body()
+    if base is None:
+        return None
+    base.add_freejoint()
+    for body in spec.bodies[1:]:
+        if body.first_body() is None:
+            size = {"size": [0.01, 0, 0], "mass": 0, "friction": friction, "conaffinity": 0}
+            body.add_geom(name=f"{body.name} tip", **size)
+    try:
+        model = spec.compile()
+    except ValueError:
+        return None
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
+    random, data = np.random.default_rng(5), mujoco.MjData(model)
+    data.qvel[:] = random.normal(size=model.nv)
+    mujoco.mj_kinematics(model, data)
+    data.qpos[2] += 0.05 - data.geom_xpos[1:, 2].min()
+    e = {model.geom(i).name: float(random.uniform(0.1, 1.0)) for i in range(model.ngeom)}
+    return RandomScene(model, data, 3, tuple(friction), e)

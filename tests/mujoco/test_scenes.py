@@ -10,8 +10,9 @@ import pytest
 
 import impulsekit as ik
 from impulsekit.mujoco import Impacts
+from impulsekit.robot.examples import example_names, example_path
 
-from .scenes import random_scene
+from .scenes import random_scene, urdf_scene
 
 POISSON, SEQUENCE = ik.Law("poisson"), ik.Law("newton", order="sequential")
 ALONG_PATH = ik.Law("stronge", slip="path")
@@ -132,12 +133,36 @@ def test_a_scene_of_the_same_robot_says_the_same(condim, law):
             impact = ik.solve(scene, q, v)
             assert impact.status == hit.status
             if hit.status.valid:
-                data = mujoco.MjData(random.model)
-                ik.set_mujoco_state(data, q, impact.v_after)
-                after = hit.qvel + hit.dv
-                assert np.allclose(data.qvel, after, rtol=1e-10, atol=1e-10 * np.abs(after).max())
+                check_velocity(random, hit, impact, q)
                 compared += 1
     assert compared > 15
+
+
+def check_velocity(scene, hit, impact, q):
+    """Check v⁺ inside MuJoCo against that of an impact of the same robot at q."""
+    data = mujoco.MjData(scene.model)
+    ik.set_mujoco_state(data, q, impact.v_after)
+    after = hit.qvel + hit.dv
+    assert np.allclose(data.qvel, after, rtol=1e-10, atol=1e-10 * np.abs(after).max())
+
+
+@pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
+def test_robots_of_urdf_files_keep_restitution_and_velocities():
+    paths = sorted({example_path(name) for name in example_names()})
+    scenes = [scene for scene in map(urdf_scene, paths) if scene is not None]
+    assert len(scenes) > 40
+    compared = 0
+    for random in scenes:
+        kept = [hit for hit in impacts_of(random, 12, steps=300) if hit.status.valid]
+        check_restitution(kept)
+        robot = ik.Robot.from_mjcf(random.model)
+        for hit in kept if not random.model.neq else ():
+            scene, q, v = scene_of(hit, random, robot, ik.Law())
+            impact = ik.solve(scene, q, v)
+            assert impact.status == hit.status
+            check_velocity(random, hit, impact, q)
+            compared += 1
+    assert compared > 200
 
 
 @pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
