@@ -50,7 +50,8 @@ void bind_enums(nb::module_& module) {
     bind_enum<Restitution>(module, "Restitution", "newton", Restitution::newton, "poisson",
                            Restitution::poisson, "stronge", Restitution::stronge, "lzb",
                            Restitution::lzb);
-    bind_enum<Slip>(module, "Slip", "end", Slip::end, "path", Slip::path);
+    bind_enum<Slip>(module, "Slip", "end", Slip::end, "path", Slip::path, "compliant",
+                    Slip::compliant);
     bind_enum<Order>(module, "Order", "simultaneous", Order::simultaneous, "sequential",
                      Order::sequential);
     bind_enum<Status>(module, "Status", "solved", Status::solved, "inaccurate", Status::inaccurate,
@@ -93,16 +94,17 @@ void bind_coefficients(nb::module_& module) {
     using C = ContactCoefficients;
     Record<C>(module, "ContactCoefficients", "The coefficients of a contact of a scene.")
         .fields("restitution", &C::restitution, "friction", &C::friction, "tangential",
-                &C::tangential, "stiffness", &C::stiffness, "adhesion", &C::adhesion, "rolling",
-                &C::rolling, "torsion", &C::torsion, "model", &C::model);
+                &C::tangential, "stiffness", &C::stiffness, "stiffness_ratio", &C::stiffness_ratio,
+                "adhesion", &C::adhesion, "rolling", &C::rolling, "torsion", &C::torsion, "model",
+                &C::model);
     nb::class_<ContactLaw>(module, "ContactLaw", "A law, and the coefficients of each contact.")
         .def(nb::init<const Law&, std::vector<C>>(), nb::arg("law"), nb::arg("contacts"));
     using G = GivenContacts;
     Record<G>(module, "Contacts", "Coefficients of contacts at one instant, (contacts) each.")
         .fields("restitution", &G::restitution, "friction", &G::friction, "tangential",
-                &G::tangential, "stiffness", &G::stiffness, "adhesion", &G::adhesion, "turning_of",
-                &G::turning_of, "rolling", &G::rolling, "torsion", &G::torsion, "models",
-                &G::models);
+                &G::tangential, "stiffness", &G::stiffness, "stiffness_ratio", &G::stiffness_ratio,
+                "adhesion", &G::adhesion, "turning_of", &G::turning_of, "rolling", &G::rolling,
+                "torsion", &G::torsion, "models", &G::models);
 }
 
 }  // namespace
@@ -116,6 +118,7 @@ ContactProblem GivenContacts::coefficients() const {
     p.friction = data_of(friction, n, "friction");
     p.tangential = data_of(tangential, n, "tangential_restitution");
     if (stiffness) p.stiffness = data_of(*stiffness, n, "stiffness");
+    if (stiffness_ratio) p.stiffness_ratio = data_of(*stiffness_ratio, n, "stiffness_ratio");
     if (adhesion) p.adhesion = data_of(*adhesion, n, "adhesion");
     if (k > 0) {
         if (!rolling || !torsion)

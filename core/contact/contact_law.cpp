@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/compliant.hpp"
 #include "contact/friction.hpp"
 #include "contact/lzb.hpp"
 #include "contact/path.hpp"
@@ -72,7 +73,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
         for (int i = 0; i < n; ++i)
             if (island[i] == number) members.push_back(i);
         const int own = static_cast<int>(members.size());
-        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(5 * own);
+        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(6 * own);
         for (int a = 0; a < own; ++a) {
             for (int k = 0; k < 3; ++k) {
                 int r = 3 * members[a] + k;
@@ -87,6 +88,8 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
             numbers[own + a] = problem.friction[members[a]];
             numbers[2 * own + a] = problem.tangential[members[a]];
             numbers[3 * own + a] = problem.stiffness ? problem.stiffness[members[a]] : 0.0;
+            numbers[5 * own + a] =
+                problem.stiffness_ratio ? problem.stiffness_ratio[members[a]] : 0.0;
             numbers[4 * own + a] = problem.adhesion ? problem.adhesion[members[a]] : 0.0;
         }
         ContactProblem part;
@@ -98,6 +101,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
         part.friction = numbers.data() + own;
         part.tangential = numbers.data() + 2 * own;
         part.stiffness = problem.stiffness ? numbers.data() + 3 * own : nullptr;
+        part.stiffness_ratio = problem.stiffness_ratio ? numbers.data() + 5 * own : nullptr;
         part.adhesion = problem.adhesion ? numbers.data() + 4 * own : nullptr;
         ContactSolution found = solve_plain(part, law);
         if (!found.refused.empty()) return found;
@@ -125,8 +129,9 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
 // The refusal of several contacts along the path of one.
 ContactSolution refuse_several(const Law& law, int n) {
     ContactSolution refusal;
-    std::string what =
-        law.restitution == Restitution::stronge ? "restitution=\"stronge\"" : "slip=\"path\"";
+    std::string what = law.slip == Slip::compliant               ? "slip=\"compliant\""
+                       : law.restitution == Restitution::stronge ? "restitution=\"stronge\""
+                                                                 : "slip=\"path\"";
     refusal.refused = "contacts: more than one of the " + std::to_string(n) +
                       " contacts would take part at once; " + what +
                       " follows one contact along its impact, and how several share it is not "
@@ -164,8 +169,11 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
                 W[3 * k + l] = problem.W[(3 * last + k) * rows + 3 * last + l];
         Restitution own =
             law.restitution == Restitution::lzb ? Restitution::stronge : law.restitution;
-        PathImpact impact = follow_path(W, problem.before[3 * last + 2], problem.free + 3 * last,
-                                        problem.restitution[last], problem.friction[last], own);
+        const double e = problem.restitution[last], mu = problem.friction[last];
+        const PathImpact impact =
+            law.slip == Slip::compliant
+                ? follow_compliant(W, problem.free + 3 * last, e, mu, problem.stiffness_ratio[last])
+                : follow_path(W, problem.before[3 * last + 2], problem.free + 3 * last, e, mu, own);
         ContactSolution solution = empty_solution(problem);
         std::copy(impact.impulse, impact.impulse + 3, solution.impulse.begin() + 3 * last);
         multiply(problem.W, rows, solution.impulse.data(), problem.free, solution.after.data());
@@ -199,7 +207,7 @@ ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
     if (law.order == Order::sequential) return solve_sequence(problem, law);
     if (law.restitution == Restitution::lzb && problem.contacts > 1)
         return solve_lzb(problem, law.exponent);
-    if (law.slip == Slip::path) return solve_along_path(problem, law);
+    if (law.slip != Slip::end) return solve_along_path(problem, law);
     return solve_simultaneous(problem, law);
 }
 
@@ -224,13 +232,14 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
                    "laws it is 0";
     if (law.slip == Slip::end && law.restitution == Restitution::newton) return "";
     const char* names[] = {"newton", "poisson", "stronge", "lzb"};
+    const char* slips[] = {"end", "path", "compliant"};
     for (int i = 0; i < problem.contacts; ++i)
         if (problem.tangential[i] != 0.0 && problem.friction[i] > tolerance::negligible)
             return std::string(
                        "contacts: tangential restitution has no meaning with "
                        "restitution=\"") +
                    names[static_cast<int>(law.restitution)] + "\", slip=\"" +
-                   (law.slip == Slip::end ? "end" : "path") +
+                   slips[static_cast<int>(law.slip)] +
                    "\"; it belongs to Law(restitution=\"newton\", slip=\"end\"), or is 0";
     if (law.restitution == Restitution::lzb && problem.contacts > 1) {
         if (!problem.stiffness)
@@ -247,7 +256,13 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
                        "a finite one";
         }
     }
-    if (problem.turning > 0 && (law.slip == Slip::path || law.order == Order::sequential))
+    if (law.slip == Slip::compliant)
+        for (int i = 0; i < problem.contacts; ++i)
+            if (problem.friction[i] > tolerance::negligible &&
+                !(problem.stiffness_ratio && problem.stiffness_ratio[i] > 0.0))
+                return "contacts: slip=\"compliant\" needs a stiffness_ratio above 0 of each "
+                       "contact";
+    if (problem.turning > 0 && (law.slip != Slip::end || law.order == Order::sequential))
         return "contacts: rolling and torsion need slip=\"end\" and order=\"simultaneous\"; they "
                "are not defined along the path of an impact";
     return "";

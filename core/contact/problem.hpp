@@ -10,7 +10,7 @@
 namespace impulsekit {
 
 enum class Restitution { newton, poisson, stronge, lzb };
-enum class Slip { end, path };
+enum class Slip { end, path, compliant };
 enum class Order { simultaneous, sequential };
 
 struct Law {
@@ -53,18 +53,19 @@ struct Friction {
 // for each of the contacts that resist rolling and spin, of the relative angular velocity [rad/s].
 struct ContactProblem {
     int contacts = 0, turning = 0;
-    const double* W = nullptr;            // (r, r), r = 3 (contacts + turning) [1/kg]
-    const double* before = nullptr;       // (r) u⁻ [m/s]
-    const double* free = nullptr;         // (r) u⁻ and what known impulses add to it [m/s]
-    const double* restitution = nullptr;  // (contacts) e
-    const double* friction = nullptr;     // (contacts) µ
-    const double* tangential = nullptr;   // (contacts) e_t
-    const double* stiffness = nullptr;    // (contacts) k, for "lzb"; else null
-    const double* adhesion = nullptr;     // (contacts) largest pull [N s]; null where none holds
-    const int* turning_of = nullptr;      // (turning) the contact
-    const double* rolling = nullptr;      // (turning) [m]
-    const double* torsion = nullptr;      // (turning) [m]
-    const Friction* models = nullptr;     // (contacts); null where all are numbers
+    const double* W = nullptr;                // (r, r), r = 3 (contacts + turning) [1/kg]
+    const double* before = nullptr;           // (r) u⁻ [m/s]
+    const double* free = nullptr;             // (r) u⁻ and what known impulses add to it [m/s]
+    const double* restitution = nullptr;      // (contacts) e
+    const double* friction = nullptr;         // (contacts) µ
+    const double* tangential = nullptr;       // (contacts) e_t
+    const double* stiffness = nullptr;        // (contacts) k, for "lzb"; else null
+    const double* stiffness_ratio = nullptr;  // (contacts) tangential over normal; else null
+    const double* adhesion = nullptr;  // (contacts) largest pull [N s]; null where none holds
+    const int* turning_of = nullptr;   // (turning) the contact
+    const double* rolling = nullptr;   // (turning) [m]
+    const double* torsion = nullptr;   // (turning) [m]
+    const Friction* models = nullptr;  // (contacts); null where all are numbers
 
     int rows() const { return 3 * (contacts + turning); }
 };

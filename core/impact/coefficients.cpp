@@ -23,10 +23,10 @@ ContactLaw::ContactLaw(const Law& own, std::vector<ContactCoefficients> coeffici
 void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const double* e,
                             const double* mu, const double* v, ContactProblem& c) {
     const std::size_t n = rows.points.size(), turning = rows.turning_of.size();
-    numbers_.resize(5 * n + 2 * turning);
+    numbers_.resize(6 * n + 2 * turning);
     double *restitution = numbers_.data(), *friction = restitution + n, *tangential = friction + n,
            *stiffness = tangential + n, *adhesion = stiffness + n, *rolling = adhesion + n,
-           *torsion = rolling + turning;
+           *torsion = rolling + turning, *ratio = torsion + turning;
     models_.resize(law.has_models && !mu ? n : 0);
     for (std::size_t i = 0; i < n; ++i) {
         const StateRows::Point& point = rows.points[i];
@@ -46,6 +46,7 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
         tangential[i] = own.tangential;
         stiffness[i] = own.stiffness;
         adhesion[i] = own.adhesion;
+        ratio[i] = own.stiffness_ratio;
         if (models_.empty()) continue;
         models_[i] = own.model;
         models_[i].axis[0] = point.ellipse[0];
@@ -62,6 +63,7 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
     c.friction = friction;
     c.tangential = tangential;
     if (law.law.restitution == Restitution::lzb) c.stiffness = stiffness;
+    if (law.law.slip == Slip::compliant) c.stiffness_ratio = ratio;
     if (law.has_adhesion) c.adhesion = adhesion;
     c.turning_of = rows.turning_of.data();
     c.rolling = rolling;

@@ -24,6 +24,7 @@ struct BySpeed {
 struct ContactCoefficients {
     BySpeed restitution;
     double friction = 0.0, tangential = 0.0, stiffness = 0.0, adhesion = 0.0;
+    double stiffness_ratio = 0.0;
     double rolling = 0.0, torsion = 0.0;
     Friction model;
 };

@@ -59,6 +59,7 @@ class ContactProblem:
         friction: (n,) µ ≥ 0. Where it is 0 the tangent rows are not used.
         tangential_restitution: (n,) e_t in [−1, 1]: friction aims at u_t⁺ = −e_t u_t⁻.
         stiffness: (n,) k of each, for the law "lzb"; None where no law asks for it.
+        stiffness_ratio: (n,) tangential over normal stiffness, for slip "compliant"; else None.
         adhesion: (n,) the largest pull A [N s]; None where none holds.
         turning: contacts that resist rolling and spin; None where none does. After the rows of
             all contacts then come three for each of them, of the relative angular velocity
@@ -74,6 +75,7 @@ class ContactProblem:
     stiffness: np.ndarray | None = None
     adhesion: np.ndarray | None = None
     turning: Turning | None = None
+    stiffness_ratio: np.ndarray | None = None
 
     def contacts(self, models: Sequence[CoreFriction] = ()) -> Contacts:
         """Return the coefficients as the core takes them; ``models``: of friction beside µ."""
@@ -82,6 +84,7 @@ class ContactProblem:
             "friction": self.friction,
             "tangential": self.tangential_restitution,
             "stiffness": self.stiffness,
+            "stiffness_ratio": self.stiffness_ratio,
             "adhesion": self.adhesion,
         }
         if self.turning is not None:

@@ -352,6 +352,7 @@ def _coefficients(
         numbers("tangential_restitution"),
         stiffness if scene.law.restitution == "lzb" else None,
         adhesion if adhesion.any() else None, turning,
+        numbers("stiffness_ratio") if scene.law.slip == "compliant" else None,
     )  # fmt: skip
     return problem, models
 

@@ -62,6 +62,9 @@ class Contact(Entry):
         stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, which
             uses ratios only; ``math.inf`` for one that supports and does not give way beside
             the others.
+        stiffness_ratio: κ, tangential over normal stiffness, for ``Law(slip="compliant")``:
+            (1 − ν)/(1 − ν/2) of round bodies with Poisson's ratio ν (Mindlin 1949), math.inf for
+            one that is rigid along its tangents.
         adhesion: the largest pull that it carries [N s], as of a suction cup, magnet or gecko pad
             that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
             than A and lets go of the rest. Needs restitution 0 and ``Law()``.
@@ -99,6 +102,7 @@ class Contact(Entry):
     rolling: NotNegative = 0.0
     torsion: NotNegative = 0.0
     holding_force: NotNegative = 0.0
+    stiffness_ratio: Stiffness = None
     # Coefficients that a table of materials gave; ``dataclasses.replace`` passes them on.
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
@@ -204,7 +208,7 @@ class Collision(Entry):
             which meshes of flat faces are flat. ``Impact.doubts`` reports more of them
             close by.
         name: its name in results; by default its index in the scene.
-        stiffness: as for ``Contact``, of each point.
+        stiffness, stiffness_ratio: as for ``Contact``, of each point.
         rolling, torsion: as for ``Contact`` [m], at every point.
 
     Raises:
@@ -227,6 +231,7 @@ class Collision(Entry):
     stiffness: Stiffness = None
     rolling: NotNegative = 0.0
     torsion: NotNegative = 0.0
+    stiffness_ratio: Stiffness = None
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
     def __post_init__(self, _by_table: ByTable) -> None:

@@ -97,7 +97,8 @@ class GapContact(_OfFunctions):
             speeds of Pinocchio. It is compared with differences of the gap. None for these.
         tangents: function of q that gives (2, nv) or (1, nv): how fast it slips; needed for
             friction. Their scale must be that of a velocity where the normal's is.
-        restitution, friction, tangential_restitution, stiffness: as for ``Contact``.
+        restitution, friction, tangential_restitution, stiffness, stiffness_ratio: as for
+            ``Contact``.
         name: its name in results; by default its index in the scene.
 
     Raises:
@@ -122,6 +123,7 @@ class GapContact(_OfFunctions):
     tangential_restitution: Tangential = 0.0
     name: Name | None = None
     stiffness: Stiffness = None
+    stiffness_ratio: Stiffness = None
 
     def _check(self, what: str) -> None:
         if self.friction and self.tangents is None:

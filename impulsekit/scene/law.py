@@ -11,7 +11,7 @@ from .entry import Checked
 from .numbers import between, choice
 
 Restitution = Literal["newton", "poisson", "stronge", "lzb"]
-Slip = Literal["end", "path"]
+Slip = Literal["end", "path", "compliant"]
 Order = Literal["simultaneous", "sequential"]
 RESTITUTIONS, SLIPS, ORDERS = map(get_args, (Restitution, Slip, Order))
 
@@ -49,6 +49,11 @@ class Law(Checked):
               at that instant; slip may turn, stop, stay stopped or start again (Routh
               1860; Keller 1986). One frictional contact at a time of those that act on
               each other.
+            - "compliant": at every instant, of a contact with springs along its normal and its
+              tangents, such as rubber: F_t = −κ k ζ, |F_t| ≤ µ F_n, with the ``stiffness_ratio`` κ
+              of each contact. It sticks, slips and turns back within one impact, as a superball
+              does (Maw, Barber & Fawcett 1976; Stronge 2000, ch. 5). Restitution is Stronge's.
+              One contact at a time, as for "path", which it is for κ = ∞.
         order: of several contacts at one instant.
 
             - "simultaneous": all at once.
@@ -85,6 +90,14 @@ class Law(Checked):
     exponent: Annotated[float, between(1.0, 10.0)] = 1.5
 
     def _check(self, what: str) -> None:
+        if self.slip == "compliant":
+            if self.restitution not in ("newton", "stronge") or self.order == "sequential":
+                raise InputError(
+                    'law: slip="compliant" is for one contact with Stronge\'s restitution; leave '
+                    "out restitution and order"
+                )
+            # What its springs regain is work.
+            object.__setattr__(self, "restitution", "stronge")
         if self.restitution == "lzb":
             if self.order == "sequential":
                 raise InputError(
@@ -93,7 +106,7 @@ class Law(Checked):
                 )
             # Its impulses have a path, along which friction acts.
             object.__setattr__(self, "slip", "path")
-        if self.restitution == "stronge" and self.slip != "path":
+        if self.restitution == "stronge" and self.slip == "end":
             raise InputError(
                 'law: restitution="stronge" balances the work of the normal impulse, which is '
                 'known only along the impact; it needs slip="path"'

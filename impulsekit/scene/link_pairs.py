@@ -34,6 +34,7 @@ class PairCoefficients(TypedDict, total=False):
     tangential_restitution: float
     margin: float | None
     stiffness: float | None
+    stiffness_ratio: float | None
     rolling: float
     torsion: float
 

@@ -67,7 +67,7 @@ class MaterialPair(Checked):
     Attributes:
         first, other: names of materials; they may be the same.
         restitution, friction: as for ``Contact``.
-        stiffness: as for ``Contact``; for contacts that give none.
+        stiffness, stiffness_ratio: as for ``Contact``; for contacts that give none.
 
     Raises:
         InputError, RangeError, NotFiniteError.
@@ -84,6 +84,7 @@ class MaterialPair(Checked):
     restitution: RestitutionLike = 0.0
     friction: FrictionLike = 0.0
     stiffness: Stiffness = None
+    stiffness_ratio: Stiffness = None
 
 
 def with_materials(
@@ -115,8 +116,9 @@ def with_materials(
         changes = {
             name: getattr(pair, name) for name in names if isinstance(getattr(contact, name), str)
         }
-        if contact.stiffness is None:
-            changes["stiffness"] = pair.stiffness
+        for name in ("stiffness", "stiffness_ratio"):
+            if getattr(contact, name) is None:
+                changes[name] = getattr(pair, name)
         by_table = tuple((name, getattr(contact, name), changes[name]) for name in changes)
         resolved = replace(contact, _by_table=by_table, **changes)
         found.append(resolved)

@@ -301,6 +301,12 @@ def _check_law(law: Law, contact: Any, where: str) -> None:
             f'{where}: restitution="lzb" needs the stiffness of every contact; give stiffness=, of '
             "which only ratios count"
         )
+    rubs = callable(getattr(contact, "friction", 0.0)) or getattr(contact, "friction", 0.0)
+    if law.slip == "compliant" and rubs and contact.stiffness_ratio is None:
+        raise InputError(
+            f'{where}: slip="compliant" needs the stiffness_ratio of every contact with friction, '
+            "tangential over normal stiffness; (1 − ν)/(1 − ν/2) of round bodies, math.inf of rigid"
+        )
     if adheres(contact):
         what = "adhesion" if contact.adhesion else "holding_force"
         if not (at_once and law.restitution == "newton"):

@@ -135,7 +135,7 @@ def model_of(cls: type) -> type[pydantic.BaseModel]:
     for item in dataclasses.fields(cls):
         required = default_of(item) is dataclasses.MISSING
         hint = _in_file(hints[item.name])
-        if item.name == "stiffness" and cls in _CONTACTS:
+        if item.name in ("stiffness", "stiffness_ratio") and cls in _CONTACTS:
             hint = Annotated[float, pydantic.AllowInfNan(True)] | None
         fields[item.name] = (hint, ... if required else None)
     return pydantic.create_model(cls.__name__, __config__=STRICT, **fields)

@@ -80,6 +80,11 @@ def refuse_what_has_none(scene: Scene) -> None:
             'derivatives: not available for restitution="lzb", where contacts part and close '
             "again as waves meet; use finite differences of solve"
         )
+    if scene.law.slip == "compliant" and scene.contacts:
+        raise InputError(
+            'derivatives: not available for slip="compliant", whose contacts stick and slip in '
+            "turn within an impact; use finite differences of solve"
+        )
     if any(getattr(contact, "adhesion", 0.0) for contact in scene.contacts):
         raise InputError(
             "derivatives: not available for contacts with adhesion; where they hold, use a "

@@ -22,7 +22,7 @@ __all__ = ["contact_law"]
 
 _NUMBERS = {
     "tangential": "tangential_restitution",
-    **{name: name for name in ("stiffness", "adhesion", "rolling", "torsion")},
+    **{name: name for name in ("stiffness", "stiffness_ratio", "adhesion", "rolling", "torsion")},
 }
 
 
