@@ -40,7 +40,7 @@ GROUPS = {
         "strike_a_hand.py", "rimless_wheel.py", "compass_gait.py",
     ),
     "Inside MuJoCo": (
-        "ball_on_arm.py", "box_in_mujoco.py", "juggling_paddle.py", "solo12_in_mujoco.py",
+        "ball_on_arm.py", "box_in_mujoco.py", "juggling_paddle.py", "landing_in_mujoco.py",
     ),
     "Tools, doors, vehicles: what the hand and the hinge feel": (
         "hammer.toml", "hammer_nail.toml", "nail_by_a_panda.py", "hammer_blow.py",
