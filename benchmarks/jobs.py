@@ -288,7 +288,7 @@ REDUNDANT = 1e-10
 Case = Callable[[], tuple[Scene, np.ndarray, np.ndarray]]
 
 
-def _landing(
+def landing(
     name: str, friction: float, e: float = 0.0, along: float = 0.0, law: Law | None = None
 ) -> tuple[Scene, np.ndarray, np.ndarray]:
     """Solo12 on four feet or Talos on eight points of its soles, down at some 1 m/s."""
@@ -303,7 +303,7 @@ def _landing(
 
 def _one_foot() -> tuple[Scene, np.ndarray, np.ndarray]:
     """A corner of one sole along its path, Stronge's restitution."""
-    scene, q, v = _landing("talos", 0.5, 0.3)
+    scene, q, v = landing("talos", 0.5, 0.3)
     law = Law("stronge", slip="path")
     return Scene(scene.robot, contacts=scene.contacts[:1], law=law), q, v
 
@@ -365,19 +365,19 @@ def _rows(*cases: tuple[str, Case, float]) -> tuple[tuple[str, Callable[[], Time
 
 # What is solved, its times, and the bound of solve over the calls by hand.
 BESIDE_BARE = _rows(
-    ("Solo12 on four feet", partial(_landing, "solo12", 0.6, 0.3), 0.6),
-    ("Solo12, four feet, Poisson", partial(_landing, "solo12", 0.6, 0.3, law=Law("poisson")), 0.8),
+    ("Solo12 on four feet", partial(landing, "solo12", 0.6, 0.3), 0.6),
+    ("Solo12, four feet, Poisson", partial(landing, "solo12", 0.6, 0.3, law=Law("poisson")), 0.8),
     (
         "Solo12, four feet in sequence",
-        partial(_landing, "solo12", 0.6, 0.3, law=Law(order="sequential")),
+        partial(landing, "solo12", 0.6, 0.3, law=Law(order="sequential")),
         0.8,
     ),
     ("Talos on a corner along the path, Stronge", _one_foot, 1.5),
-    ("Talos on eight points", partial(_landing, "talos", 0.5), 0.6),
-    ("Talos on eight points, all slip", partial(_landing, "talos", 0.5, 0.3), 2.3),
-    ("Talos on eight points, half of them slip", partial(_landing, "talos", 0.1), 1.9),
-    ("Talos on eight points, sliding", partial(_landing, "talos", 0.3, along=2.0), 0.8),
-    ("Talos, eight points, Poisson", partial(_landing, "talos", 0.5, 0.3, law=Law("poisson")), 2.3),
+    ("Talos on eight points", partial(landing, "talos", 0.5), 0.6),
+    ("Talos on eight points, all slip", partial(landing, "talos", 0.5, 0.3), 2.3),
+    ("Talos on eight points, half of them slip", partial(landing, "talos", 0.1), 1.9),
+    ("Talos on eight points, sliding", partial(landing, "talos", 0.3, along=2.0), 0.8),
+    ("Talos, eight points, Poisson", partial(landing, "talos", 0.5, 0.3, law=Law("poisson")), 2.3),
     ("Talos held at both feet", _pinned, 0.6),
     ("struck four-bar", _four_bar, 0.9),
 )
