@@ -24,7 +24,7 @@ from benchmarks.methods.registry import methods
 from benchmarks.problems.problem import Problem
 
 RESULTS = Path(__file__).parent / "results/per_second"
-ROUNDS, STATES, CHECKED = 5, 8192, 100
+ROUNDS, STATES, CHECKED = 25, 2048, 100
 CORES = os.cpu_count() or 1
 PEERS = (
     "pinocchio, impulseDynamics", "pinocchio, ADMM, 1e-09", "pinocchio, crba + cholesky",
