@@ -70,6 +70,7 @@ def fit_impacts(
     inertias: Mapping[str, Sequence[str]] | None = None,
     robust: str = "none",
     by_group: bool | Sequence[str] = False,
+    stiffness_ratio: Sequence[str | Sequence[str]] = (),
 ) -> Fit:
     """Fit coefficients and inertias to measured impacts.
 
@@ -85,6 +86,8 @@ def fit_impacts(
             ``corner_*`` or a tuple of names is one coefficient that all of these share.
         inertias: by joint, the fitted ones of ``INERTIA_PARAMETERS`` of the body behind it,
             about the joint's origin, in its frame.
+        stiffness_ratio: names of contacts whose κ is fitted, under ``Law(slip="compliant")``.
+            Start from a guess on its side of full reversal, beyond which speeds come back alike.
         robust: "none"; "huber" weighs down measurements that are off the others, "biweight"
             leaves out those that are far off.
         by_group: a restitution of its own for the measurements of each ``group``, such as impacts
@@ -107,7 +110,9 @@ def fit_impacts(
     """
     if robust not in ROBUST:
         raise RangeError.of("robust", quoted(robust), ", ".join(quoted(each) for each in ROBUST))
-    problem = _Problem(measurements, restitution, friction, inertias or {}, by_group)
+    problem = _Problem(
+        measurements, restitution, friction, inertias or {}, by_group, stiffness_ratio
+    )
     return problem.fit(robust)
 
 
@@ -121,13 +126,19 @@ class _Problem:
         friction: Sequence[str | Sequence[str]],
         inertias: Mapping[str, Sequence[str]],
         by_group: bool | Sequence[str],
+        stiffness_ratio: Sequence[str | Sequence[str]] = (),
     ) -> None:
         self._measurements = _all_measurements(measurements)
         if not self._measurements:
             raise InputError("fit_impacts: no measurements; give one or more")
         scenes = [measurement.scene for measurement in self._measurements]
         self._parameters = parameters_of(
-            scenes, restitution, friction, inertias, *groups_of(self._measurements, by_group)
+            scenes,
+            restitution,
+            friction,
+            inertias,
+            *groups_of(self._measurements, by_group),
+            stiffness_ratio,
         )
         if not self._parameters:
             raise InputError(

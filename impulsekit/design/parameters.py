@@ -77,6 +77,8 @@ def checked_sigma(given: Any, nv: int, what: str) -> np.ndarray:
 
 # The order of pinocchio.Inertia.toDynamicParameters.
 INERTIA_PARAMETERS = ("mass", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz")
+# Ratios of stiffnesses are above 0: with this a contact is as good as without friction.
+LEAST_RATIO = 1e-3
 # What forces have that is no direction and no place.
 FORCE_PARAMETERS = ("stiffness", "damping", "torque")
 
@@ -86,7 +88,7 @@ class Parameter:
     """One unknown.
 
     Attributes:
-        kind: "restitution", "friction", "inertia" or "force".
+        kind: "restitution", "friction", "stiffness_ratio", "inertia" or "force".
         entry: the contact, the pattern or names of contacts that share it, the joint before
             the body, or the force.
         contacts: the contacts that have it.
@@ -124,6 +126,7 @@ def parameters_of(
     inertias: Mapping[str, Sequence[str]],
     groups: Sequence[str] = (),
     grouped: Sequence[str] = ("restitution",),
+    stiffness_ratio: Sequence[str | Sequence[str]] = (),
 ) -> list[Parameter]:
     """Return the unknowns by their names, starting from the values of the first scene.
 
@@ -145,7 +148,10 @@ def parameters_of(
     for each in reversed({id(each): each for each in several}.values()):
         contacts |= zip(each.entry_names("contacts"), each.contacts, strict=True)
     found = []
-    for kind, wanted in (("restitution", restitution), ("friction", friction)):
+    coefficients = {
+        "restitution": restitution, "friction": friction, "stiffness_ratio": stiffness_ratio
+    }  # fmt: skip
+    for kind, wanted in coefficients.items():
         if isinstance(wanted, str):
             raise InputError(
                 f"fit: {kind} takes a list of contacts, got {quoted(wanted)}; "
@@ -170,7 +176,8 @@ def parameters_of(
                 for k in range(len(speeds) or 1):
                     own = [each.values[k] if speeds else each for each in values]
                     start = float(np.mean(own))
-                    found.append(Parameter(kind, entry, k, start, 0.0, high, names, speeds, group))
+                    low = LEAST_RATIO if kind == "stiffness_ratio" else 0.0
+                    found.append(Parameter(kind, entry, k, start, low, high, names, speeds, group))
     return found + _inertia_parameters(scene, inertias)
 
 

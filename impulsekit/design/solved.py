@@ -47,7 +47,9 @@ class SolvedImpacts:
     ) -> None:
         self._measurements, self._parameters = tuple(measurements), parameters
         # Numbers vary by row; e by speed and inertias need a scene for each value, and group.
-        self._varies_scene = any(each.speeds or each.kind == "inertia" for each in parameters)
+        self._varies_scene = any(
+            each.speeds or each.kind in ("inertia", "stiffness_ratio") for each in parameters
+        )
         parts: dict[Any, list[int]] = {}
         for k, m in enumerate(measurements):
             group = m.group if self._varies_scene else None

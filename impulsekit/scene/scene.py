@@ -301,8 +301,8 @@ def _check_law(law: Law, contact: Any, where: str) -> None:
             f'{where}: restitution="lzb" needs the stiffness of every contact; give stiffness=, of '
             "which only ratios count"
         )
-    rubs = callable(getattr(contact, "friction", 0.0)) or getattr(contact, "friction", 0.0)
-    if law.slip == "compliant" and rubs and contact.stiffness_ratio is None:
+    mu: Any = getattr(contact, "friction", 0.0)
+    if law.slip == "compliant" and mu and contact.stiffness_ratio is None:
         raise InputError(
             f'{where}: slip="compliant" needs the stiffness_ratio of every contact with friction, '
             "tangential over normal stiffness; (1 − ν)/(1 − ν/2) of round bodies, math.inf of rigid"

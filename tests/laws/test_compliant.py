@@ -7,7 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impulsekit as ik
+from impulsekit.design import fit_impacts
 from impulsekit.impact.contact_law import ContactProblem, solve_contacts
+from impulsekit.measured import Measurement
 
 from ..robots import one_body
 
@@ -147,3 +149,28 @@ def test_what_it_does_not_take_is_told():
     scene = ik.Scene(ball, contacts=two[:1], law=COMPLIANT)
     with pytest.raises(ik.errors.InputError, match="finite differences"):
         ik.derivatives(ik.solve(scene, ball.neutral(), [0, 0, -1, 0, 0, 0]))
+
+
+def test_coefficients_are_fitted_to_noisy_impacts():
+    """e by speed, κ and µ of 120 impacts with noise of 2 %, within five of their intervals."""
+    rng = np.random.default_rng(3)
+    ball = one_body("ball", 0.0027, 2.0 / 3.0 * 0.0027 * 0.02**2)
+
+    def scene(e, mu, ratio):
+        contact = ik.Contact(
+            "ball", at=[0, 0, -0.02], restitution=ik.RestitutionTable([0.0, 10.0], e), friction=mu,
+            stiffness_ratio=ratio, name="rubber",
+        )  # fmt: skip
+        return ik.Scene(ball, contacts=[contact], law=COMPLIANT, gap_bound=np.inf)
+
+    true, first = scene([0.9, 0.7], 0.4, 0.35), scene([0.8, 0.8], 0.3, 0.25)
+    seen = []
+    for _ in range(120):
+        v = np.r_[rng.uniform(-8, 8, 2), -rng.uniform(1, 10), rng.uniform(-200, 200, 3)]
+        after = ik.solve(true, ball.neutral(), v).v_after
+        sigma = 0.02 * np.r_[np.full(3, np.abs(after[:3]).max()), np.full(3, 200.0)]
+        noisy = after + sigma * rng.normal(size=6)
+        seen.append(Measurement(first, ball.neutral(), v, noisy, sigma=sigma))
+    fit = fit_impacts(seen, restitution=["rubber"], friction=["rubber"], stiffness_ratio=["rubber"])
+    found = np.array([fit[name] for name in fit.names])
+    assert found == pytest.approx([0.9, 0.7, 0.4, 0.35], rel=0.03)
