@@ -1,8 +1,5 @@
 """From a scene and a state to the velocity jump and all that follows from it."""
 
-from .all_outcomes import Outcomes
-from .result import Impact
-from .solver import ImpactSolver, solve
-from .status import Status
+import lazy_loader as _lazy
 
-__all__ = ["Impact", "ImpactSolver", "Outcomes", "Status", "solve"]
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)
