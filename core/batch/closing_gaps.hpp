@@ -11,6 +11,7 @@ struct ListedContact {
     std::int64_t key = 0;            // of its pair
     int pair[2] = {0, 0};            // its geoms; of a limit −1 − its kind, and joint or tendon
     double position[3] = {};         // [m], by which contacts of one pair are told apart
+    double frame[9] = {};            // rows: the normal, from the first geom, and two tangents
     double gap = 0.0, speed = 0.0;   // how far from touching, and how fast that grows
     int address = 0, dimension = 1;  // the first of its rows, and how many they are
     int number = -1;                 // in the simulator's list of contacts; −1 for a limit

@@ -2,9 +2,11 @@
 #include "batch/closing_gaps.hpp"
 
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "bind/fields.hpp"
 #include "impact/impact.hpp"
@@ -32,17 +34,18 @@ void check_lengths(std::size_t count, const Fields&... fields) {
 // What MuJoCo lists: contacts that are not excluded and have rows.
 void add_contacts(GivenListing& to, const Field<int, 2>& geom, const Field<int, 1>& exclude,
                   const Field<int, 1>& address, const Field<int, 1>& dim,
-                  const Field<double, 2>& position, const Field<double, 1>& distance,
-                  const Field<double, 1>& margin, double reach) {
+                  const Field<double, 2>& position, const Field<double, 2>& frame,
+                  const Field<double, 1>& distance, const Field<double, 1>& margin, double reach) {
     const std::size_t count = geom.shape(0);
-    check_lengths(count, exclude, address, dim, position, distance, margin);
-    if (geom.shape(1) != 2 || position.shape(1) != 3)
-        throw nb::value_error("contacts: expected two geoms and three coordinates of each");
+    check_lengths(count, exclude, address, dim, position, frame, distance, margin);
+    if (geom.shape(1) != 2 || position.shape(1) != 3 || frame.shape(1) != 9)
+        throw nb::value_error("contacts: expected two geoms, a point and three axes of each");
     for (std::size_t i = 0; i < count; ++i) {
         if (exclude(i) != 0 || address(i) < 0) continue;
         ListedContact own;
         for (int k = 0; k < 2; ++k) own.pair[k] = geom(i, k);
         for (int k = 0; k < 3; ++k) own.position[k] = position(i, k);
+        for (int k = 0; k < 9; ++k) own.frame[k] = frame(i, k);
         own.gap = distance(i) - margin(i) + reach;
         own.address = address(i);
         own.dimension = dim(i);
@@ -82,11 +85,8 @@ void finish(GivenListing& to, const Array& rows, const Array& v) {
     }
 }
 
-using Keys = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
-
-std::vector<std::int64_t> keys_of(const Keys& keys) {
-    return std::vector<std::int64_t>(keys.data(), keys.data() + keys.size());
-}
+using Keys = std::vector<std::int64_t>;
+using SortedKeys = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
 
 const ListedContact& entry(const GivenListing& listing, int i) {
     if (i < 0 || i >= static_cast<int>(listing.contacts.size()))
@@ -104,14 +104,34 @@ std::vector<int> within(const GivenListing& listing, double reach, const std::ve
     return found;
 }
 
-template <typename T, typename Part>
-auto numbers_of(const GivenListing& listing, const std::vector<int>& which, std::size_t width,
-                Part part) {
-    T* all = new T[std::max<std::size_t>(which.size() * width, 1)];
-    const nb::capsule owner(all, [](void* p) noexcept { delete[] static_cast<T*>(p); });
-    for (std::size_t i = 0; i < which.size(); ++i)
-        std::copy_n(part(entry(listing, which[i])), width, all + i * width);
-    return nb::ndarray<nb::numpy, T, nb::ndim<2>>(all, {which.size(), width}, owner);
+// The keys of contacts among some entries.
+Keys keys(const GivenListing& listing, const std::vector<int>& which) {
+    Keys found;
+    for (int i : which)
+        if (entry(listing, i).number >= 0) found.push_back(entry(listing, i).key);
+    return found;
+}
+
+// The pair of each of some entries, and how fast its gap grows.
+std::vector<std::tuple<int, int, double>> pairs(const GivenListing& listing,
+                                                const std::vector<int>& which) {
+    std::vector<std::tuple<int, int, double>> found;
+    for (int i : which) {
+        const ListedContact& own = entry(listing, i);
+        found.emplace_back(own.pair[0], own.pair[1], own.speed);
+    }
+    return found;
+}
+
+// The place and the axes of each of some entries.
+std::vector<double> places(const GivenListing& listing, const std::vector<int>& which) {
+    std::vector<double> found;
+    for (int i : which) {
+        const ListedContact& own = entry(listing, i);
+        found.insert(found.end(), own.position, own.position + 3);
+        found.insert(found.end(), own.frame, own.frame + 9);
+    }
+    return found;
 }
 
 // Friction of each contact by five numbers of MuJoCo, and what resists rolling and spin.
@@ -178,7 +198,7 @@ std::vector<double> jacobian_of(const GivenListing& listing, const std::vector<i
 // M Δv = Aᵀλ + JᵀP with A Δv = 0 for equalities and P by the law.
 ListedImpact solve_listed(const GivenListing& listing, const std::vector<int>& which,
                           const Array& rows, const Array& M, const Integers& parent, const Array& v,
-                          const Array& restitution, const Field<double, 2>& friction,
+                          const std::vector<double>& restitution, const Field<double, 2>& friction,
                           const std::optional<double>& mu, const Law& law) {
     const std::size_t nv = v.size(), n = which.size(),
                       m = static_cast<std::size_t>(listing.equalities);
@@ -210,7 +230,8 @@ ListedImpact solve_listed(const GivenListing& listing, const std::vector<int>& w
     p.law = law;
     p.contact.contacts = static_cast<int>(n);
     p.contact.turning = static_cast<int>(own.turning.size());
-    p.contact.restitution = data_of(restitution, n, "restitution");
+    if (restitution.size() != n) throw nb::value_error("restitution: expected one of each entry");
+    p.contact.restitution = restitution.data();
     p.contact.friction = own.mu.data();
     p.contact.tangential = tangential.data();
     p.contact.turning_of = own.turning.data();
@@ -232,14 +253,16 @@ void bind_closing_gaps(nb::module_& module) {
             "__init__",
             [](GivenListing* self, const Field<int, 2>& geom, const Field<int, 1>& exclude,
                const Field<int, 1>& address, const Field<int, 1>& dim,
-               const Field<double, 2>& position, const Field<double, 1>& distance,
-               const Field<double, 1>& margin, double reach, int equalities) {
+               const Field<double, 2>& position, const Field<double, 2>& frame,
+               const Field<double, 1>& distance, const Field<double, 1>& margin, double reach,
+               int equalities) {
                 auto* made = new (self) GivenListing{{}, equalities};
-                add_contacts(*made, geom, exclude, address, dim, position, distance, margin, reach);
+                add_contacts(*made, geom, exclude, address, dim, position, frame, distance, margin,
+                             reach);
             },
             nb::arg("geom"), nb::arg("exclude"), nb::arg("address"), nb::arg("dim"),
-            nb::arg("position"), nb::arg("distance"), nb::arg("margin"), nb::arg("reach"),
-            nb::arg("equalities"))
+            nb::arg("position"), nb::arg("frame"), nb::arg("distance"), nb::arg("margin"),
+            nb::arg("reach"), nb::arg("equalities"))
         .def("add_limits", &add_limits, nb::arg("first"), nb::arg("count"), nb::arg("kinds"),
              nb::arg("numbers"), nb::arg("positions"), nb::arg("margins"), nb::arg("reach"))
         .def("finish", &finish, nb::arg("rows"), nb::arg("v"))
@@ -248,48 +271,23 @@ void bind_closing_gaps(nb::module_& module) {
                      [](const GivenListing& l) {
                          return static_cast<int>(l.contacts.size()) - contacts_of(l.contacts);
                      })
+        .def("keys", &keys, nb::arg("which"))
+        .def("pairs", &pairs, nb::arg("which"))
         .def(
-            "keys",
+            "places",
             [](const GivenListing& l, const std::vector<int>& which) {
-                return numbers_of<std::int64_t>(l, which, 1,
-                                                [](const ListedContact& c) { return &c.key; });
+                return array_of(places(l, which));
             },
-            nb::rv_policy::move)
-        .def(
-            "pairs",
-            [](const GivenListing& l, const std::vector<int>& which) {
-                return numbers_of<int>(l, which, 2, [](const ListedContact& c) { return c.pair; });
-            },
-            nb::rv_policy::move)
-        .def(
-            "positions",
-            [](const GivenListing& l, const std::vector<int>& which) {
-                return numbers_of<double>(l, which, 3,
-                                          [](const ListedContact& c) { return c.position; });
-            },
-            nb::rv_policy::move)
-        .def(
-            "speeds",
-            [](const GivenListing& l, const std::vector<int>& which) {
-                return numbers_of<double>(l, which, 1,
-                                          [](const ListedContact& c) { return &c.speed; });
-            },
-            nb::rv_policy::move)
-        .def("numbers", [](const GivenListing& l, const std::vector<int>& which) {
-            std::vector<int> found;
-            for (int i : which)
-                if (entry(l, i).number >= 0) found.push_back(entry(l, i).number);
-            return found;
-        });
+            nb::arg("which"), nb::rv_policy::move);
     nb::class_<ClosingGaps>(module, "ClosingGaps", "Gaps that close in the course of a step.")
         .def(
             "__init__",
             [](ClosingGaps* self, const GivenListing& listing, const Keys& known, int limits,
-               const std::optional<Keys>& handled, double threshold) {
-                const std::vector<std::int64_t> keys =
-                    handled ? keys_of(*handled) : std::vector<std::int64_t>();
-                new (self) ClosingGaps(listing.contacts, keys_of(known), limits,
-                                       handled ? &keys : nullptr, threshold);
+               const std::optional<SortedKeys>& handled, double threshold) {
+                Keys own;
+                if (handled) own.assign(handled->data(), handled->data() + handled->size());
+                new (self) ClosingGaps(listing.contacts, known, limits, handled ? &own : nullptr,
+                                       threshold);
             },
             nb::arg("listing"), nb::arg("known"), nb::arg("limits"), nb::arg("handled").none(),
             nb::arg("threshold"))

@@ -43,6 +43,7 @@ class PairCoefficients:
         friction: None for MuJoCo's own, or µ of all pairs.
         combine: a key of ``COMBINATIONS``.
         pairs: names of geoms or bodies, or pairs of them, that are handled; None for all.
+        limits: e of the limits of joints and tendons.
 
     Attributes:
         friction: of all pairs, or None.
@@ -50,8 +51,9 @@ class PairCoefficients:
     """
 
     def __init__(
-        self, model: Any, restitution: Any, friction: Any, combine: str, pairs: Any
-    ) -> None:
+        self, model: Any, restitution: Any, friction: Any, combine: str, pairs: Any,
+        limits: float | None,
+    ) -> None:  # fmt: skip
         if combine not in COMBINATIONS:
             raise RangeError.of("combine", combine, " or ".join(f'"{c}"' for c in COMBINATIONS))
         self._model = model
@@ -61,7 +63,8 @@ class PairCoefficients:
         self._by_pair: dict[frozenset[int], Any] = {}
         self._keep_restitution(restitution)
         self.handled = None if pairs is None else _keys_of(self._pairs_of(pairs))
-        self._found: dict[tuple[int, int], Any] = {}
+        self._limits = limits or 0.0
+        self._found: dict[tuple[int, int], float] = {}
 
     def _keep_restitution(self, given: Any) -> None:
         if isinstance(given, str):
@@ -114,22 +117,29 @@ class PairCoefficients:
             found |= {frozenset((a, b)) for a in self._geoms_of(first) for b in others}
         return found
 
-    def restitution(self, first: int, second: int, speed: float) -> float:
-        """Return e of a pair at an approach speed [m/s]."""
-        pair = (first, second)
-        if pair not in self._found:
-            both = frozenset(pair)
-            if both in self._by_pair:
-                e = self._by_pair[both]
-            else:
-                a, b = self._by_geom[first], self._by_geom[second]
-                e = (a, b) if callable(a) or callable(b) else self._combine(a, b)
-            self._found[pair] = e
-        e = self._found[pair]
-        what = "restitution"
-        if isinstance(e, tuple):
-            return self._combine(*(restitution_at(own, speed, what) for own in e))
-        return restitution_at(e, speed, what)
+    def restitution(self, pairs: Iterable[tuple[int, int, float]]) -> list[float]:
+        """Return e of each (first, second, rate of the gap [m/s]).
+
+        A pair whose first is below zero is a limit.
+        """
+        found, limits = self._found, self._limits
+        return [
+            limits if first < 0
+            else e if isinstance(e := found.get((first, second)), float)
+            else self._restitution_at(first, second, max(-rate, 0.0))
+            for first, second, rate in pairs
+        ]  # fmt: skip
+
+    def _restitution_at(self, first: int, second: int, speed: float) -> float:
+        """e of a pair at an approach speed, kept where it is a number."""
+        both, what = frozenset((first, second)), "restitution"
+        geoms = [self._by_geom[first], self._by_geom[second]]
+        own = [self._by_pair[both]] if both in self._by_pair else geoms
+        numbers = [restitution_at(e, speed, what) for e in own]
+        e = float(self._combine(*numbers) if len(own) == 2 else numbers[0])
+        if not any(map(callable, own)):
+            self._found[first, second] = e
+        return e
 
 
 def _keys_of(pairs: set[frozenset[int]]) -> np.ndarray:

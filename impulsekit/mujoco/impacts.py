@@ -113,9 +113,11 @@ class Impacts:
             raise RangeError.of("instant", instant, '"exact" or "step"')
         _refuse(model, law)
         self._models = StepModels(copy.copy(model))
-        self._coefficients = PairCoefficients(model, restitution, friction, combine, pairs)
         self._limits = None if limits is None else between(0.0, 1.0)(limits, "limits")
-        self._solver = ImpactSolver(self._models.plain, self._coefficients, self._limits, law)
+        self._coefficients = PairCoefficients(
+            model, restitution, friction, combine, pairs, self._limits
+        )
+        self._solver = ImpactSolver(self._models.plain, self._coefficients, law)
         self._is_exact = instant == "exact"
         gravity = float(np.linalg.norm(model.opt.gravity))
         default = max(0.05, 2.0 * gravity * model.opt.timestep)
@@ -187,7 +189,7 @@ class Impacts:
         """Solve the impacts of a step that has been taken from ``start``."""
         models = self._models
         left, end = models.plain.opt.timestep, data.time
-        known = np.frombuffer(self._touching, dtype=np.int64)
+        known = np.frombuffer(self._touching, dtype=np.int64).tolist()
         # Stages of a Runge-Kutta method have felt the soft contact: the speed now says little.
         slowest = -np.inf if self._is_rk4 else self.threshold
         reached = self._reached
@@ -207,9 +209,9 @@ class Impacts:
                 impact = self._solver.solve(data, listing, which)
                 data.qvel[:] += impact.dv
                 found.append(impact)
-                contacts = len(impact.approach)
-                known = np.concatenate([known, listing.keys(which[:contacts])[:, 0]])
-                reached = len(which) - contacts
+                keys = listing.keys(which)
+                known += keys
+                reached = len(which) - len(keys)
                 left -= passed
                 start = np.empty_like(start)
                 _get_state(models.plain, data, start, KEPT)

@@ -69,8 +69,8 @@ class StepModels:
         # Excluded are pairs in the gap; those without degrees of freedom have no rows.
         own = data.contact
         listing = ContactListing(
-            own.geom, own.exclude, own.efc_address, own.dim, own.pos, own.dist,
-            own.includemargin, reach, data.ne,
+            own.geom, own.exclude, own.efc_address, own.dim, own.pos, own.frame,
+            own.dist, own.includemargin, reach, data.ne,
         )  # fmt: skip
         if data.nl:
             listing.add_limits(

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from .._core import ContactListing, ListedImpact
 from ..formatting import Displayed
 from ..impact.status import Status
 from ..robot.arrays import read_only
@@ -25,23 +26,23 @@ class Parts(NamedTuple):
     Attributes:
         model: a ``mujoco.MjModel``. state: of MuJoCo, before the impact.
         mass: (nv, nv) M, with armature. equalities: number of rows of equalities.
-        J: (n + k + j, 3, nv) of contacts, limits, and the turning of contacts.
-        impulses: (n + k + j, 3) along these rows.
-        pairs: (n + k, 2) geoms of contacts; of limits −1 − kind and joint or tendon.
-        positions: (n, 3). frames: (n, 9), rows normal, t₁, t₂.
-        turning: (j,) which contacts resist rolling and spin.
+        listing: contacts and limits nearby. which: the entries in the impact, contacts first.
+        restitution: (n + k) of each. listed: what the core found for them.
     """
 
     model: Any
     state: np.ndarray
     mass: np.ndarray
     equalities: int
-    J: np.ndarray
-    impulses: np.ndarray
-    pairs: np.ndarray
-    positions: np.ndarray
-    frames: np.ndarray
-    turning: np.ndarray
+    listing: ContactListing
+    which: list[int]
+    restitution: list[float]
+    listed: ListedImpact
+
+    @property
+    def J(self) -> np.ndarray:
+        """(n + k + j, 3, nv) of contacts, limits, and contacts that resist rolling and spin."""
+        return np.asarray(self.listed.J.reshape(-1, 3, len(self.mass)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,78 +53,104 @@ class StepImpact(Displayed):
 
     Attributes:
         time: of the impact [s].
-        approach: (n,) approach speed along the normal [m/s], negative where it parts.
-        restitution: (n,) the e of each contact.
         qpos, qvel: (nq,), (nv,) MuJoCo's state just before the impact.
         dv: (nv,) change of the generalized velocities.
         status: of the law, see ``impulsekit.Status``; where it is not valid nothing was applied.
-        residual: of the law's equations.
         parts: what the other results are computed from.
     """
 
     time: float
-    approach: np.ndarray
-    restitution: np.ndarray
     qpos: np.ndarray
     qvel: np.ndarray
     dv: np.ndarray
     status: Status
-    residual: float
     parts: Parts
+
+    @cached_property
+    def _contacts(self) -> list[tuple[int, int, float]]:
+        """Two geoms of each contact, and how fast its gap grew."""
+        return [own for own in self.parts.listing.pairs(self.parts.which) if own[0] >= 0]
+
+    @cached_property
+    def _places(self) -> np.ndarray:
+        """(n, 12) positions of contacts, and their normals, t₁ and t₂."""
+        which = self.parts.which[: len(self._contacts)]
+        return np.asarray(self.parts.listing.places(which).reshape(-1, 12))
+
+    @cached_property
+    def _components(self) -> np.ndarray:
+        """(n + k + j, 3) impulses along the rows of J."""
+        found = self.parts.listed.solution.contact.impulse.reshape(-1, 3)
+        return np.asarray(found if self.status.valid else np.zeros_like(found))
+
+    @cached_property
+    def approach(self) -> np.ndarray:
+        """(n,) approach speed along the normal [m/s], negative where it parts."""
+        return read_only(np.array([-rate for _, _, rate in self._contacts]))
+
+    @cached_property
+    def restitution(self) -> np.ndarray:
+        """(n,) the e of each contact."""
+        return read_only(np.array(self.parts.restitution[: len(self._contacts)]))
+
+    @property
+    def residual(self) -> float:
+        """Residual of the law's equations."""
+        return float(self.parts.listed.solution.contact.residual)
 
     @cached_property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """(n) names of the geoms of each contact, the first touched, the second touching."""
-        model, own = self.parts.model, self.parts.pairs[: len(self.approach)]
-        return tuple((geom_name(model, a), geom_name(model, b)) for a, b in own.tolist())
+        model = self.parts.model
+        return tuple((geom_name(model, a), geom_name(model, b)) for a, b, _ in self._contacts)
 
     @property
     def positions(self) -> np.ndarray:
         """(n, 3) of the contacts [m], world axes."""
-        return read_only(self.parts.positions)
+        return read_only(self._places[:, :3])
 
     @property
     def normals(self) -> np.ndarray:
         """(n, 3) unit normals from the first geom to the second, world axes."""
-        return read_only(self.parts.frames[:, :3])
+        return read_only(self._places[:, 3:6])
 
     @cached_property
     def impulses(self) -> np.ndarray:
         """(n, 3) what the second geom receives [N s], world axes."""
-        return read_only(self._in_world(np.arange(len(self.approach)), self.parts.impulses))
+        return read_only(self._in_world(list(range(len(self._contacts))), self._components))
 
     @cached_property
     def moments(self) -> np.ndarray:
         """(n, 3) the moment by resistance to rolling and spin [N m s], world axes."""
-        moments = np.zeros((len(self.approach), 3))
-        turning = self.parts.turning
-        first = len(self.parts.impulses) - len(turning)
-        moments[turning] = self._in_world(turning, self.parts.impulses[first:])
+        moments = np.zeros((len(self._contacts), 3))
+        turning = self.parts.listed.turning
+        own = self._components[len(self._components) - len(turning) :]
+        moments[turning] = self._in_world(turning, own)
         return read_only(moments)
 
-    def _in_world(self, which: np.ndarray, components: np.ndarray) -> np.ndarray:
+    def _in_world(self, which: list[int], components: np.ndarray) -> np.ndarray:
         """Vectors of contacts whose components are along t₁, t₂ and the normal."""
-        axes = self.parts.frames[which].reshape(-1, 3, 3)
+        axes = self._places[which, 3:].reshape(-1, 3, 3)
         own = components[: len(which), [2, 0, 1]]
         return np.asarray((own[:, None] @ axes)[:, 0])
 
     @cached_property
     def separation(self) -> np.ndarray:
         """(n,) speed along the normal after the impact [m/s]."""
-        normals = self.parts.J[: len(self.approach), 2]
+        normals = self.parts.J[: len(self._contacts), 2]
         return read_only(normals @ (self.qvel + self.dv))
 
     @cached_property
     def limits(self) -> tuple[str, ...]:
         """(k) names of the joints and tendons at a limit."""
-        own = self.parts.pairs[len(self.approach) :].tolist()
-        return tuple(_limit_name(self.parts.model, -1 - kind, number) for kind, number in own)
+        own = self.parts.listing.pairs(self.parts.which[len(self._contacts) :])
+        return tuple(_limit_name(self.parts.model, -1 - kind, number) for kind, number, _ in own)
 
     @cached_property
     def limit_impulses(self) -> np.ndarray:
         """(k,) along the coordinate of each limit, opening positive [N s or N m s]."""
-        n = len(self.approach)
-        return read_only(self.parts.impulses[n : len(self.parts.pairs), 2].copy())
+        limits = slice(len(self._contacts), len(self.parts.which))
+        return read_only(self._components[limits, 2].copy())
 
     @cached_property
     def energy_change(self) -> float:
@@ -144,7 +171,7 @@ class StepImpact(Displayed):
         """
         parts = self.parts
         wrenches = np.hstack([self.impulses, self.moments])
-        geoms = parts.pairs[: len(self.approach)]
+        geoms = np.array([own[:2] for own in self._contacts], dtype=int).reshape(-1, 2)
         return body_loads(
             parts.model, parts.state, parts.equalities, self.dv, geoms, self.positions, wrenches
         )
