@@ -58,7 +58,7 @@ class LzbState {
     }
 
     ContactSolution solve() {
-        bool moves = speed_ > 0.0 && mobility_ > 0.0 && approach_ > 1e-13 * speed_;
+        bool moves = speed_ > 0.0 && mobility_ > 0.0 && approach_ > tolerance::solved * speed_;
         if (moves) {
             for (double& w : W_) w /= mobility_;
             for (double& u : free_) u /= speed_;
@@ -265,7 +265,7 @@ class LzbState {
             if (margin(next.data()) < -tolerance::solved) {
                 shorten(stepper, f, step, next);
                 stepper.restart();
-                stepper.next = std::max(step.end, 1e-6);
+                stepper.next = std::max(step.end, kAhead);
             }
             y_ = next;
             settle();
@@ -343,7 +343,7 @@ class LzbState {
         };
         double low = 0.0, high = step.end;
         double at_low = 1.0, at_high = margin(next.data()) + 2.0 * tolerance::solved;
-        for (int count = 0; count < 100 && high - low > 1e-15 * step.end; ++count) {
+        for (int count = 0; count < 100 && high - low > tolerance::rounding * step.end; ++count) {
             double middle = (low * at_high - high * at_low) / (at_high - at_low);
             if (count % 2 == 1 || !(low < middle && middle < high)) middle = 0.5 * (low + high);
             const double here = left(middle);
@@ -387,7 +387,7 @@ class LzbState {
             }
         } else if (depth(i) <= tolerance::solved && un > tolerance::solved) {
             normal_[i] = Normal::open;
-            depth(i) = -1e-30;
+            depth(i) = -tolerance::tiny;
         } else if (normal_[i] == Normal::loads && e2(i) < 1.0 &&
                    (un > tolerance::solved ||
                     (ended_[i] && un > -tolerance::gain && rises(i) >= 0.0))) {
@@ -477,7 +477,7 @@ class LzbState {
         s.residual = size > 0.0 ? std::abs(added - total) / size : 0.0;
         if (status_ == Status::not_converged || !std::isfinite(added)) s.residual = 1.0;
         for (int i = 0; i < n_; ++i)
-            if (std::isinf(kappa_[i]) && s.after[3 * i + 2] < -1e-9 * speed_)
+            if (std::isinf(kappa_[i]) && s.after[3 * i + 2] < -tolerance::residual * speed_)
                 s.refused =
                     "contacts: contact " + std::to_string(i) +
                     " has an infinite stiffness, parts in this impact and is met again at " +

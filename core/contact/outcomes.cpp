@@ -24,8 +24,6 @@ constexpr double kHalvings = 4.0;
 // Numbers of an order beside the weights; a share of orders in which contacts act together.
 constexpr int kMore = 3;
 constexpr double kShared = 0.4;
-// Slip that turns by less than this against its change keeps its direction.
-constexpr double kStraight = 1e-12;
 // Friction of contacts that stick together is looked for by so many sweeps.
 constexpr int kSweeps = 200;
 // One in so many samples tries all contacts at once.
@@ -252,13 +250,14 @@ class Process {
             off = 0.0;
             for (int i = 0; i < n_; ++i) off = std::max(off, hold(i));
         }
-        if (off > kStraight) return false;
+        if (off > tolerance::at_rest) return false;
         for (int r = 0; r < rows_; ++r) change_[r] = dot(p_.W + r * rows_, rate_.data(), rows_);
         for (int i = 0; i < n_; ++i) {
             const double slip = slip_of(i);
             const double turn = u_[3 * i] * change_[3 * i + 1] - u_[3 * i + 1] * change_[3 * i];
             if (p_.friction[i] * rate_[3 * i + 2] > 0.0 && slip > 0.0 &&
-                std::abs(turn) > kStraight * slip * std::hypot(change_[3 * i], change_[3 * i + 1]))
+                std::abs(turn) >
+                    tolerance::at_rest * slip * std::hypot(change_[3 * i], change_[3 * i + 1]))
                 return false;
         }
         return true;
