@@ -1,4 +1,5 @@
 // One impact in generalized coordinates, as Python calls it.
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 
@@ -6,6 +7,7 @@
 
 #include "bind/fields.hpp"
 #include "bind/given_scene.hpp"
+#include "contact/tolerances.hpp"
 
 namespace nb = nanobind;
 
@@ -80,6 +82,9 @@ void bind_solutions(nb::module_& module) {
 void bind_impact(nb::module_& module) {
     using namespace impulsekit;
     bind_solutions(module);
+    module.attr("RESIDUAL_LIMIT") = tolerance::residual;
+    module.def("judge", &judge, nb::arg("contacts"), nb::arg("residuals"),
+               nb::arg("nearly_dependent"), "Return the status of an impact.");
     bind_constrained_mass(module);
     module.def("solve_scene", &impact_of, nb::arg("scene"), nb::arg("law"), nb::arg("q"),
                nb::arg("v"), nb::arg("impulses"), nb::arg("inputs") = nb::none(),

@@ -299,15 +299,21 @@ void solve_impact(const ImpactProblem& problem, ImpactSolution& solution) {
     Impact(problem, solution).solve();
 }
 
+Status judge(Status contacts, const std::array<double, 3>& residuals, bool nearly_dependent) {
+    if (contacts != Status::solved) return contacts;
+    // A NaN is large.
+    for (double residual : residuals)
+        if (!(residual <= tolerance::residual)) return Status::inaccurate;
+    return nearly_dependent ? Status::nearly_dependent : Status::solved;
+}
+
 Status status_of(const ImpactSolution& s) {
     using Failure = ImpactSolution::Failure;
     if (s.failure == Failure::singular_mass) return Status::singular_mass;
     if (s.failure == Failure::contradiction) return Status::contradiction;
     if (s.failure == Failure::refused) return Status::refused;
-    if (s.contact.status != Status::solved) return s.contact.status;
-    const double worst = std::max({s.momentum_residual, s.constraint_residual, s.contact_residual});
-    if (!(worst <= tolerance::residual)) return Status::inaccurate;
-    return s.nearly_dependent ? Status::nearly_dependent : Status::solved;
+    return judge(s.contact.status, {s.momentum_residual, s.constraint_residual, s.contact_residual},
+                 s.nearly_dependent);
 }
 
 bool is_valid(Status status) {

@@ -1,6 +1,7 @@
 // One impact in generalized coordinates: M Δv = I + Aᵀλ + JᵀP, A v⁺ = b, P by the law of contact.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,9 @@ struct ImpactSolution {
 
 void solve_impact(const ImpactProblem& problem, ImpactSolution& solution);
 
+// The status of an impact: of its contacts (solved without any), unless one of its residuals is too
+// large, or rows are nearly dependent.
+Status judge(Status contacts, const std::array<double, 3>& residuals, bool nearly_dependent);
 // The status of a solution, and whether its velocities may be used.
 Status status_of(const ImpactSolution& solution);
 bool is_valid(Status status);

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._core import RESIDUAL_LIMIT, judge
+from .._core import Status as Code
 from ..errors.calls import public
 from ..formatting import one_line
 from ..named import ByName
 from ..robot.arrays import read_only
 from ..scene.numbers import not_negative
-from .status import RESIDUAL_LIMIT, Status, judged
+from .status import BY_CODE, Status
 from .touched import TouchedAnswer
 
 if TYPE_CHECKING:
@@ -145,11 +147,9 @@ class Impact(TouchedAnswer):
         """
         outcome = self.outcome
         contacts = None if outcome is None else outcome.contacts
-        return judged(
-            Status.SOLVED if contacts is None else contacts.status,
-            self.residuals.largest,
-            nearly_dependent=outcome is not None and outcome.nearly_dependent,
-        )
+        found = Code.solved if contacts is None else Code(int(contacts.status))
+        nearly = outcome is not None and outcome.nearly_dependent
+        return BY_CODE[judge(found, dataclasses.astuple(self.residuals), nearly)]
 
     @cached_property
     def uniqueness(self) -> Uniqueness:

@@ -7,10 +7,7 @@ from typing import Any
 
 from .._core import Status as Code
 
-__all__ = ["BY_CODE", "RESIDUAL_LIMIT", "Status", "judged"]
-
-# Residuals above this are no rounding: 1e5 times the 1e-14 that a solve may leave.
-RESIDUAL_LIMIT = 1e-9
+__all__ = ["BY_CODE", "Status"]
 
 
 class Status(int, enum.Enum):
@@ -128,18 +125,3 @@ class Status(int, enum.Enum):
 # A status by its code, where that is looked up often.
 BY_CODE = {int(status): status for status in Status}
 _VALID = frozenset({Status.SOLVED, Status.NEARLY_DEPENDENT})
-
-
-def judged(found: Status, residual: float, *, nearly_dependent: bool = False) -> Status:
-    """The one judgement of an answer, from what its law says and what the answer leaves.
-
-    Args:
-        found: the status that the law of contact gave; SOLVED where no contact took part.
-        residual: the largest relative residual of the finished answer; NaN counts as large.
-        nearly_dependent: whether rows were taken for dependent that are so only nearly.
-    """
-    if found.valid and not residual <= RESIDUAL_LIMIT:
-        return Status.INACCURATE
-    if found is Status.SOLVED and nearly_dependent:
-        return Status.NEARLY_DEPENDENT
-    return found
