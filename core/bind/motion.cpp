@@ -199,6 +199,11 @@ std::vector<GapAt> gaps_closed_at_start(Motion& motion) {
     return found;
 }
 
+bool is_struck_at_start(Motion& motion, const std::vector<int>& gaps) {
+    for (int gap : gaps) check_gap(motion.dynamics(), gap);
+    return motion.is_struck_at_start(gaps);
+}
+
 void begin(Motion& motion, const Array& v, const std::vector<int>& gaps) {
     for (int gap : gaps) check_gap(motion.dynamics(), gap);
     motion.begin(data_of(v, motion.nv(), "v"), gaps);
@@ -263,7 +268,7 @@ void bind_motion(nb::module_& module) {
             nb::arg("scene"), nb::arg("settings"), nb::arg("q"), nb::arg("v"),
             nb::keep_alive<1, 2>())
         .def("gaps_closed_at_start", &gaps_closed_at_start)
-        .def("is_driven_off", &Motion::is_driven_off)
+        .def("is_struck_at_start", &is_struck_at_start, nb::arg("gaps"))
         .def("begin", &begin, nb::arg("v"), nb::arg("gaps"))
         .def(
             "copy", [](const Motion& self) { return Motion(self); }, nb::keep_alive<0, 1>())

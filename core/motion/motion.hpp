@@ -69,8 +69,9 @@ class Motion {
 
     // The gaps that are closed at the start, and their values and rates.
     std::vector<std::pair<int, GapState>> gaps_closed_at_start();
-    // True if a constraint prescribes another velocity than it has.
-    bool is_driven_off();
+    // True if there is an impact at the start without known impulses: one of these gaps closes, or
+    // a constraint prescribes another velocity than it has.
+    bool is_struck_at_start(const std::vector<int>& closed);
     // The motion begins with this velocity, after what strikes at the start.
     void begin(const double* v, const std::vector<int>& contact_gaps);
     // Steps count anew.
@@ -148,6 +149,7 @@ class Motion {
     std::vector<int> gaps_that_close(const Event& event);
 
     // Impacts.
+    bool is_driven_off();
     bool close_gaps(const std::vector<int>& closing);
     bool apply_impact(std::vector<RestingContact> points, double approach, double capture);
     bool impact_without_collision();

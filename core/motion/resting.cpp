@@ -42,10 +42,25 @@ std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
     return found;
 }
 
+bool Motion::is_struck_at_start(const std::vector<int>& closed) {
+    double fastest = 0.0;
+    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(y[nq() + i]));
+    const double slow =
+        std::max(kSlowShare * settings_.capture_speed, tolerance::at_rest * fastest);
+    dynamics_.set_state(y.data(), y.data() + nq());
+    const ContactGaps& contact_gaps = dynamics_.contact_gaps;
+    for (int gap : closed)
+        if (contact_gaps
+                .measure(dynamics_.tree, contact_gaps.gaps()[gap], y.data(), y.data() + nq())
+                .rate < -slow)
+            return true;
+    return is_driven_off();
+}
+
+// True if a constraint prescribes another velocity than it has; the tree with places.
 bool Motion::is_driven_off() {
     const int m = dynamics_.constraints.rows();
     if (m == 0) return false;
-    dynamics_.set_state(y.data(), y.data() + nq());
     dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
     std::vector<double> speed(m), rate(m);
     dynamics_.constraints.speeds(0.0, speed.data(), rate.data());

@@ -57,7 +57,7 @@ class Followed:
     def begin(self) -> None:
         """Bring it to just after t = 0."""
         core = self.core
-        self.first = tuple(begin(core, self.scene, *self._start, self.settings))
+        self.first = tuple(begin(core, self.scene, *self._start))
 
     def copy(self) -> Followed:
         """The same, which goes on by itself."""

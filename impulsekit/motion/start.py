@@ -24,8 +24,6 @@ HUGE = 1e100
 PENETRATION = 1e-6
 # So many overlaps are listed in one error.
 LISTED = 12
-# Gaps that change more slowly than this share of the capture speed neither open nor close.
-SLOW_SHARE, FAINT = 1e-3, 1e-12
 
 
 def core_of(scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings) -> Motion:
@@ -48,9 +46,7 @@ def core_of(scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
     return Motion(flat.core, own, q, v)
 
 
-def begin(
-    core: Motion, scene: Scene, q: np.ndarray, v: np.ndarray, settings: MotionSettings
-) -> list[tuple[float, Impact]]:
+def begin(core: Motion, scene: Scene, q: np.ndarray, v: np.ndarray) -> list[tuple[float, Impact]]:
     """Bring a motion to just after t = 0; the impact then, if there is one.
 
     Raises:
@@ -68,16 +64,15 @@ def begin(
     check_driven(scene, q)
     if not scene.constraints:
         _refuse_singular(scene, q)
-    slow = max(SLOW_SHARE * settings.capture_speed, FAINT * largest)
     struck: list[tuple[float, Impact]] = []
-    meets = any(at.rate < -slow for at in touching)
-    if scene.impulses or meets or core.is_driven_off():
+    closed = [at.gap for at in touching]
+    if scene.impulses or core.is_struck_at_start(closed):
         impact = ImpactSolver(scene).solve_touching(q, v, {at.entry for at in touching})
         struck.append((0.0, impact))
         v = impact.v_after
         if not impact.status.valid:
             return struck
-    core.begin(np.ascontiguousarray(v), [at.gap for at in touching])
+    core.begin(np.ascontiguousarray(v), closed)
     if core.ended is Ended.not_finite:
         raise SingularMassError(
             "the acceleration at the start is not finite: a joint moves no inertia, or a "
