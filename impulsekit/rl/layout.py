@@ -75,7 +75,7 @@ class Columns:
                     f'layout: joint "{name}" ({joint.shortname()}) has no layout "{self._kind}"'
                 )
             first_q, first_v = first_q + own_nq, first_v + joint.nv
-        self._places = [places[name] for name in robot.joint_names]
+        self._places = _runs([places[name] for name in robot.joint_names])
         self._shape = first_q, first_v
 
     def taken(self, q: Any, v: Any) -> tuple[torch.Tensor, torch.Tensor]:
@@ -104,6 +104,19 @@ class Columns:
             angular = _turned_back(turn, v[:, 3:]) if self._kind == "isaac" else v[:, 3:]
             v = torch.cat([_turned_back(turn, v[:, :3]), angular], 1)
         return torch.cat([q[:, :-4], turn], 1), v
+
+
+def _runs(places: list[tuple[tuple[int, int], slice, slice]]) -> list[Any]:
+    """Places of joints, with those that stay as they are and follow each other as one."""
+    found: list[Any] = []
+    for size, of_q, of_v in places:
+        if found and size == found[-1][0] == (1, 1):
+            _, q, v = found[-1]
+            if (q.stop, v.stop) == (of_q.start, of_v.start):
+                found[-1] = size, slice(q.start, of_q.stop), slice(v.start, of_v.stop)
+                continue
+        found.append((size, of_q, of_v))
+    return found
 
 
 def _turned_back(turn: torch.Tensor, vectors: torch.Tensor) -> torch.Tensor:
