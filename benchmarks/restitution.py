@@ -3,11 +3,13 @@
 A sphere of 1 kg and 0.1 m drops 0.5 m on a plane, and another meets it at v = (2, -3) m/s with
 e 0.6 and µ 0.3. Asked is the e that ``solref`` is to give: direct (-K, -B) with B = 2ζ√K, or (time
 constant, ζ), where e = exp(-πζ/√(1-ζ²)) is that of a damped spring. Every recipe runs with both
-cones, three integrators and four time steps. Then twelve recorded tosses of a cube.
+cones, three integrators and four time steps. Exudyn takes e itself. Then twelve recorded tosses of
+a cube.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import sys
 from collections.abc import Callable
@@ -21,6 +23,8 @@ import numpy as np
 import impulsekit as ik
 from benchmarks.motions import FRICTION, INERTIA, MASS, RESTITUTION, WIDTH, cube_scene
 from impulsekit.mujoco import Impacts
+
+from .restitution_exudyn import sphere_in_exudyn
 
 RESULTS = Path(__file__).parent / "results/restitution"
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -39,21 +43,50 @@ def damping_ratio(e: float) -> float:
 
 @dataclass(frozen=True)
 class Recipe:
-    """A way to restitution: its name, and solref by e; None for impulsekit inside MuJoCo."""
+    """A way to restitution: its name, and solref by e; None for impulsekit inside MuJoCo.
+
+    Attributes:
+        frequency: ω [rad/s] by e of the undamped spring that solref means.
+    """
 
     name: str
     solref: Callable[[float], str] | None
     instant: Literal["exact", "step"] = "exact"
+    frequency: Callable[[float], float] = lambda e: float("nan")
 
 
-def direct(stiffness: float) -> Callable[[float], str]:
-    """Return solref by e for a stiffness K [1/s²]."""
-    return lambda e: f"{-stiffness} {-2 * damping_ratio(e) * np.sqrt(stiffness)}"
+def direct(stiffness: float) -> Recipe:
+    """Return the recipe of a stiffness K [1/s²]."""
+    root = float(np.sqrt(stiffness))
+    return Recipe(
+        f"solref -K -B, K = {stiffness:.0e}",
+        lambda e: f"{-stiffness} {-2 * damping_ratio(e) * root}",
+        frequency=lambda e: root,
+    )
+
+
+def peak_of_spring(recipe: Recipe, e: float) -> float:
+    """Return the peak force on 1 kg of the spring and damper that a recipe means [N].
+
+    MuJoCo's contact beyond the millimetre in which its impedance rises is z̈ = -K z - B ż less
+    what is left of gravity, so F = v ω exp(-ζωt) ((1 - 2ζ²)/s sin sωt + 2ζ cos sωt), s = √(1 - ζ²),
+    which is largest at cot sωt = ζ (3 - 4ζ²)/((1 - 4ζ²) s) for ζ < 1/2; and the weight.
+    """
+    ratio, omega = damping_ratio(e), recipe.frequency(e)
+    s = np.sqrt(1 - ratio**2)
+    angle = np.arctan2((1 - 4 * ratio**2) * s, ratio * (3 - 4 * ratio**2))
+    shape = (1 - 2 * ratio**2) / s * np.sin(angle) + 2 * ratio * np.cos(angle)
+    speed = np.sqrt(2 * GRAVITY * DROP)
+    return float(speed * omega * np.exp(-ratio * angle / s) * shape + GRAVITY)
 
 
 RECIPES = (
-    *(Recipe(f"solref -K -B, K = {k:.0e}", direct(k)) for k in (1e3, 1e4, 1e5)),
-    Recipe("solref 0.02 s, ζ", lambda e: f"0.02 {damping_ratio(e)}"),
+    *(direct(k) for k in (1e3, 1e4, 1e5)),
+    Recipe(
+        "solref 0.02 s, ζ",
+        lambda e: f"0.02 {damping_ratio(e)}",
+        frequency=lambda e: 1 / (0.02 * damping_ratio(e)),
+    ),
     Recipe("impulsekit in MuJoCo", None),
     Recipe('impulsekit, instant="step"', None, "step"),
 )
@@ -116,6 +149,33 @@ def sticking(recipe: Recipe, cone: str, integrator: str, dt: float) -> tuple[flo
         if data.qvel[2] > 0.0 and data.qpos[2] > RADIUS:
             break
     return float(data.qvel[0]), float(data.qvel[4])
+
+
+def in_exudyn(stiffness: float) -> list[str]:
+    """Return the cells of Exudyn's row, at a stiffness [N/m]."""
+    if importlib.util.find_spec("exudyn") is None:
+        return ["not installed", *[""] * 6]
+    shape = {"radius": RADIUS, "friction": 0.3}
+    drop = {"height": DROP, "v": (0.0, 0.0, 0.0), "gravity": GRAVITY, "duration": 0.8}
+    slide = {"height": 0.0031, "v": (2.0, 0.0, -3.0), "gravity": 0.0, "duration": 0.2}
+    cells, depths, peaks = [], [], []
+    for e in ASKED:
+        reached = []
+        for dt in STEPS:
+            z, v, _, force = sphere_in_exudyn(e, stiffness, dt, **shape, **drop)
+            i = int(np.argmax((z > RADIUS) & (v[:, 2] > 0.0)))
+            energy = 0.5 * v[i, 2] ** 2 + GRAVITY * (z[i] - RADIUS)
+            reached.append(np.sqrt(energy / (GRAVITY * DROP)))
+            depths.append(1e3 * (RADIUS - z[: i + 1].min()))
+            peaks += [force[: i + 1].max()] if e == 0.5 else []
+        cells.append(spread(reached))
+    ends = []
+    for dt in STEPS:
+        z, v, omega, _ = sphere_in_exudyn(0.6, stiffness, dt, **shape, **slide)
+        i = int(np.argmax((z > RADIUS) & (v[:, 2] > 0.0)))
+        ends.append((v[i, 0], omega[i, 1]))
+    sliding = [spread([end[k] for end in ends]) for k in range(2)]
+    return [*cells, spread(depths, "{:.2f}"), *sliding, spread(peaks, "{:.0f}"), ""]
 
 
 def alone(e: float, slide: bool = False) -> np.ndarray:
@@ -197,6 +257,7 @@ def measured() -> tuple[list[str], dict[str, list[tuple[float, float]]]]:
     grid = list(itertools.product(CONES, INTEGRATORS, STEPS))
     heads = ["recipe", *(f"e = {e}" for e in ASKED), "sinks [mm]"]
     heads += [f"v_x, {STICKS[0]:.4f}", f"ω, {STICKS[1]:.3f}", "peak at e = 0.5 [N]"]
+    heads += ["over its spring's"]
     lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     points: dict[str, list[tuple[float, float]]] = {}
     for recipe in RECIPES:
@@ -204,14 +265,19 @@ def measured() -> tuple[list[str], dict[str, list[tuple[float, float]]]]:
         slides = [sticking(recipe, *each) for each in grid]
         points[recipe.name] = [(g[2], b.e) for g, b in zip(grid, by_e[0.5], strict=True)]
         every = [b for own in by_e.values() for b in own]
-        peak = spread([b.force for b in by_e[0.5]], "{:.0f}") if recipe.solref else "impulse"
+        forces, closed = np.array([b.force for b in by_e[0.5]]), peak_of_spring(recipe, 0.5)
+        peak = [spread(forces, "{:.0f}"), spread(forces / closed, "{:.2f}")]
         cells = [spread([b.e for b in own]) for own in by_e.values()]
         cells += [spread([1e3 * b.depth for b in every], "{:.2f}")]
         cells += [spread([s[k] for s in slides]) for k in range(2)]
-        lines.append(f"| {recipe.name} | {' | '.join(cells)} | {peak} |")
+        cells += peak if recipe.solref else ["impulse", ""]
+        lines.append(f"| {recipe.name} | {' | '.join(cells)} |")
+    for stiffness in (1e4, 1e5):
+        cells = in_exudyn(stiffness)
+        lines.append(f"| Exudyn, k = {stiffness:.0e} N/m | {' | '.join(cells)} |")
     own = " | ".join(f"{alone(e)[2] / np.sqrt(2 * GRAVITY * DROP):.3f}" for e in ASKED)
     after = alone(0.6, slide=True)
-    last = f"{after[0]:.3f} | {after[4]:.3f} | impulse |"
+    last = f"{after[0]:.3f} | {after[4]:.3f} | impulse | |"
     lines.append(f"| `impulsekit.simulate` | {own} | rigid | {last}")
     return lines, points
 

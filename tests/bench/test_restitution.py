@@ -14,6 +14,8 @@ from benchmarks.restitution import (
     alone,
     bounce,
     damping_ratio,
+    in_exudyn,
+    peak_of_spring,
     sticking,
     tossed,
 )  # fmt: skip
@@ -35,6 +37,27 @@ def test_e_is_reached_inside_mujoco_and_alone(dt):
     assert soft.e == pytest.approx(0.5, abs=0.03)
     # Undamped it would sink by v/√K.
     assert 0.05 < soft.depth < np.sqrt(2 * GRAVITY * DROP / 1e3)
+
+
+@pytest.mark.parametrize("recipe", RECIPES[:4], ids=lambda recipe: recipe.name)
+def test_recipes_are_springs_and_dampers(recipe):
+    closed = peak_of_spring(recipe, 0.5)
+    fine = bounce(recipe, 0.5, "elliptic", "RK4", 2e-5).force
+    # Impedance rises within the first millimetre.
+    assert fine == pytest.approx(closed, rel=0.005)
+    omega, ratio = recipe.frequency(0.5), damping_ratio(0.5)
+    t = np.linspace(0.0, np.pi / omega, 100001)
+    s = omega * np.sqrt(1 - ratio**2)
+    x = np.sqrt(2 * GRAVITY * DROP) / s * np.exp(-ratio * omega * t) * np.sin(s * t)
+    force = omega**2 * x + 2 * ratio * omega * np.gradient(x, t)
+    assert closed - GRAVITY == pytest.approx(force.max(), rel=1e-6)
+
+
+def test_exudyn_reaches_e_when_it_is_stiff():
+    pytest.importorskip("exudyn")
+    cells = in_exudyn(1e5)
+    for e, cell in zip((0.9, 0.5, 0.25), cells, strict=False):
+        assert float(cell.split(" to ")[0]) == pytest.approx(e, abs=0.01)
 
 
 def test_the_sphere_that_must_stick_does():
