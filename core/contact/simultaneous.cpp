@@ -43,6 +43,11 @@ void mark_shared(const ContactProblem& problem, const ConeSolution& found,
 Cones cones_of(const ContactProblem& problem) {
     Cones cones;
     const int n = problem.contacts;
+    const std::size_t most = n + 2 * problem.turning;
+    for (std::vector<int>* own : {&cones.normal, &cones.first, &cones.size, &cones.contact})
+        own->reserve(most);
+    for (std::vector<double>* own : {&cones.floor, &cones.adhesion, &cones.friction})
+        own->reserve(most);
     for (int i = 0; i < n; ++i) {
         cones.normal.push_back(3 * i + 2);
         const double pull = problem.adhesion ? problem.adhesion[i] : 0.0;
