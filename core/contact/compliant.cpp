@@ -6,6 +6,7 @@
 
 #include "contact/tolerances.hpp"
 #include "integrator/stepper.hpp"
+#include "integrator/zero.hpp"
 #include "linalg/poll.hpp"
 
 namespace impulsekit {
@@ -14,15 +15,15 @@ namespace {
 // Phases of sticking and slip; steps of one phase.
 constexpr int kMostPhases = 200, kMostSteps = 5000;
 // Error of a step of slip, in units in which velocity, mobility and normal stiffness are 1.
-constexpr double kError = 1e-13, kImplicit = 1e3;
-// A spring with less than this part of its first deflection is spent: what is left of its impulse
-// is the square of that.
-constexpr double kSpent = 1e-9;
-// Slip that begins with the impact keeps its way for this time, up to its square.
-constexpr double kBegins = 1e-6;
+constexpr double kStepError = 1e-9, kImplicit = 1e3;
+// A spring that slips and holds less than this part of its first load keeps its way to the end:
+// what is left of its impulse is the square of that.
+constexpr double kSpent = 1e-5;
+// Slip that begins with the impact keeps its way for this time, up to its square; what that misses
+// of the impulse is its fourth power.
+constexpr double kBegins = 1e-3;
 // Sticking is looked at so often in a radian of its fastest mode.
-constexpr double kLook = 0.1;
-constexpr int kHalvings = 80;
+constexpr double kLook = 0.25;
 
 // Eigenvalues and vectors (columns of Q) of a symmetric 3 × 3 matrix, by Jacobi's rotations.
 void diagonalize(double (&S)[3][3], double (&Q)[3][3]) {
@@ -31,7 +32,8 @@ void diagonalize(double (&S)[3][3], double (&Q)[3][3]) {
     for (int sweep = 0; sweep < 12; ++sweep)
         for (int p = 0; p < 2; ++p)
             for (int q = p + 1; q < 3; ++q) {
-                if (S[p][q] == 0.0) continue;
+                const double least = std::min(std::abs(S[p][p]), std::abs(S[q][q]));
+                if (least + std::abs(S[p][q]) == least) continue;
                 const double a = (S[q][q] - S[p][p]) / (2.0 * S[p][q]);
                 const double t = std::copysign(1.0, a) / (std::abs(a) + std::hypot(a, 1.0));
                 const double c = 1.0 / std::hypot(t, 1.0), s = t * c;
@@ -69,6 +71,7 @@ class Springs {
         if (slips_) begin_slip();
         for (int phase = 0; phase < kMostPhases && !over_; ++phase)
             if (!(slips_ ? slip() : stick())) return false;
+        if (over_ && restores_) finish();
         return over_;
     }
 
@@ -88,12 +91,29 @@ class Springs {
   private:
     // The first moments of slip, in which its way does not turn yet but its rate is 0/0.
     void begin_slip() {
-        way_ = std::atan2(u_[1], u_[0]);
+        const double speed = std::hypot(u_[0], u_[1]);
+        way_[0] = u_[0] / speed, way_[1] = u_[1] / speed;
         depth_ = -kBegins * u_[2];
         P[2] = 0.5 * kBegins * depth_;
-        P[0] = -mu_ * P[2] * std::cos(way_);
-        P[1] = -mu_ * P[2] * std::sin(way_);
+        P[0] = -mu_ * P[2] * way_[0];
+        P[1] = -mu_ * P[2] * way_[1];
         turn(0.0);
+    }
+
+    // What is left of the normal spring, with the tangential one in proportion: δ²/2 = g ∫ −u_n dP.
+    void finish() {
+        if (!(depth_ > 0.0)) return;
+        const double by[3] = {-kappa_ * zeta_[0] / depth_, -kappa_ * zeta_[1] / depth_, 1.0};
+        double gain[3];
+        for (int i = 0; i < 3; ++i)
+            gain[i] = W_[3 * i] * by[0] + W_[3 * i + 1] * by[1] + W_[3 * i + 2];
+        const double left = depth_ * depth_ / gives();
+        const double rest = left / (u_[2] + std::sqrt(u_[2] * u_[2] + gain[2] * left));
+        for (int i = 0; i < 3; ++i) {
+            P[i] += rest * by[i];
+            u_[i] += rest * gain[i];
+        }
+        normal_work += 0.5 * left;
     }
 
     // Depth per approach.
@@ -112,18 +132,18 @@ class Springs {
 
     // Modes of sticking: z = (ζ, −δ) with z'' = −G W K z, G the depth per approach, K stiffness.
     struct Modes {
-        double to[3][3], rate2[3], at[3], speed[3];
+        double to[3][3], rate[3], at[3], speed[3];
 
         void evaluate(double t, double* z, double* v, double* area) const {
             double x[3], y[3], a[3];
             for (int i = 0; i < 3; ++i) {
-                const double w = std::sqrt(rate2[i]), c = std::cos(w * t), s = std::sin(w * t);
-                const double h = std::sin(0.5 * w * t);
+                const double w = rate[i], h = std::sin(0.5 * w * t);
+                const double c = 1.0 - 2.0 * h * h, s = 2.0 * h * std::cos(0.5 * w * t);
                 const bool free = w * t < 1e-8;
                 const double sine = free ? t : s / w;
                 x[i] = at[i] * c + speed[i] * sine;
                 y[i] = -at[i] * w * s + speed[i] * c;
-                a[i] = at[i] * sine + speed[i] * (free ? 0.5 * t * t : 2.0 * h * h / rate2[i]);
+                a[i] = at[i] * sine + speed[i] * (free ? 0.5 * t * t : 2.0 * h * h / (w * w));
             }
             for (int i = 0; i < 3; ++i) {
                 z[i] = v[i] = area[i] = 0.0;
@@ -136,7 +156,7 @@ class Springs {
         }
     };
 
-    bool stick() {
+    Modes modes_of_sticking() const {
         Modes modes;
         double S[3][3], Q[3][3], root[3];
         const double g[3] = {1.0, 1.0, gives()}, k[3] = {kappa_, kappa_, 1.0};
@@ -145,10 +165,8 @@ class Springs {
             for (int j = 0; j < 3; ++j) S[i][j] = root[i] * W_[3 * i + j] * root[j];
         diagonalize(S, Q);
         const double z0[3] = {zeta_[0], zeta_[1], -depth_};
-        double fastest = 0.0;
         for (int j = 0; j < 3; ++j) {
-            modes.rate2[j] = std::max(S[j][j], 0.0);
-            fastest = std::max(fastest, modes.rate2[j]);
+            modes.rate[j] = std::sqrt(std::max(S[j][j], 0.0));
             modes.at[j] = modes.speed[j] = 0.0;
             for (int i = 0; i < 3; ++i) {
                 const double unit = std::sqrt(g[i] / k[i]);
@@ -157,30 +175,29 @@ class Springs {
                 modes.speed[j] += Q[i][j] * g[i] * u_[i] / unit;
             }
         }
-        double z[3], v[3], area[3];
+        return modes;
+    }
+
+    bool stick() {
+        const Modes modes = modes_of_sticking();
+        const double g[3] = {1.0, 1.0, gives()}, k[3] = {kappa_, kappa_, 1.0};
+        double z[3], v[3], area[3], m[3];
         // Margins of the cone, of the turn of the normal and of its end.
-        const auto margins = [&](double t, double* m) {
+        const auto margin = [&](double t) {
             modes.evaluate(t, z, v, area);
-            m[0] = -mu_ * z[2] - kappa_ * std::hypot(z[0], z[1]);
+            m[0] = -mu_ * z[2] - kappa_ * std::sqrt(z[0] * z[0] + z[1] * z[1]);
             m[1] = restores_ ? v[2] : -v[2];
-            m[2] = restores_ ? -z[2] - least_ : 1.0;
+            m[2] = restores_ ? -z[2] : 1.0;
             return std::min({m[0], m[1], m[2]});
         };
-        const double look = kLook / std::sqrt(fastest);
-        double m[3], low = 0.0, high = look;
-        for (int count = 0;; ++count) {
+        const double look = kLook / std::max({modes.rate[0], modes.rate[1], modes.rate[2]});
+        double low = 0.0, at_low = 0.0, high = look, at_high;
+        for (int count = 0; (at_high = margin(high)) >= 0.0; ++count) {
             if (count > 100 * kMostSteps) return false;
             poll(1, 100);
-            if (margins(high, m) < 0.0) break;
-            low = high, high += look;
+            low = high, at_low = at_high, high += look;
         }
-        // The first of them: where all are past, the middle is, too.
-        for (int count = 0; count < kHalvings && low < high; ++count) {
-            const double middle = 0.5 * (low + high);
-            if (middle <= low || middle >= high) break;
-            (margins(middle, m) < 0.0 ? high : low) = middle;
-        }
-        margins(high, m);
+        margin(zero_between(low, at_low, high, at_high, margin));
         const double before = depth_;
         for (int i = 0; i < 3; ++i) {
             P[i] -= k[i] * area[i];
@@ -188,11 +205,12 @@ class Springs {
         }
         zeta_[0] = z[0], zeta_[1] = z[1], depth_ = -z[2];
         turn(before);
-        if (m[0] < 0.0) {
+        if (m[0] <= 0.0) {
             slips_ = true;
-            way_ = std::atan2(z[1], z[0]);
+            const double length = std::hypot(z[0], z[1]);
+            way_[0] = z[0] / length, way_[1] = z[1] / length;
         }
-        change_normal(m[1] < 0.0, m[2] < 0.0);
+        change_normal(m[1] <= 0.0, m[2] <= 0.0 || (slips_ && restores_ && depth_ < least_));
         return true;
     }
 
@@ -204,84 +222,102 @@ class Springs {
         }
     }
 
-    // y: P, δ and the angle of ζ, whose length is µ δ/κ.
+    // ∂(rates of slip)/∂y (5, 5).
+    void differentiate(const double* y, double* J) const {
+        const double g = gives(), turns = kappa_ / mu_;
+        double u[3];
+        velocities(y, u);
+        std::fill(J, J + 25, 0.0);
+        const double *chi = y + 3, F = std::sqrt(chi[0] * chi[0] + chi[1] * chi[1]);
+        if (!(F > 0.0)) return;
+        const double d[2] = {chi[0] / F, chi[1] / F}, along = d[0] * u[0] + d[1] * u[1];
+        for (int i = 0; i < 2; ++i) {
+            const double across = u[i] - along * d[i];
+            J[10 + 3 + i] = 2.0 * chi[i];
+            for (int j = 0; j < 3; ++j)
+                J[15 + 5 * i + j] =
+                    -g * W_[6 + j] * chi[i] +
+                    turns * F * (W_[3 * i + j] - d[i] * (d[0] * W_[j] + d[1] * W_[3 + j]));
+            for (int j = 0; j < 2; ++j) {
+                const double same = i == j, aside = u[j] - along * d[j];
+                J[5 * i + 3 + j] = -mu_ * (F * same + chi[i] * d[j]);
+                J[15 + 5 * i + 3 + j] = -g * u[2] * same + turns * (d[j] * across - d[i] * aside -
+                                                                    along * (same - d[i] * d[j]));
+            }
+        }
+    }
+
+    // y: P and χ = κ ζ/µ, of length δ, over ∫ dt/δ, by which χ does not turn ever faster where the
+    // load is small.
     bool slip() {
-        const double g = gives();
+        const double g = gives(), turns = kappa_ / mu_;
         const Stepper::Rate f = [&](double, const double* y, double* dy) {
             double u[3];
             velocities(y, u);
-            const double F = std::max(y[3], 0.0), c = std::cos(y[4]), s = std::sin(y[4]);
-            dy[0] = -mu_ * F * c;
-            dy[1] = -mu_ * F * s;
-            dy[2] = F;
-            dy[3] = -g * u[2];
-            dy[4] = F > 0.0 && mu_ > 0.0 ? kappa_ * (c * u[1] - s * u[0]) / (mu_ * F) : 0.0;
+            const double *chi = y + 3, F = std::sqrt(chi[0] * chi[0] + chi[1] * chi[1]);
+            const double along = F > 0.0 ? (chi[0] * u[0] + chi[1] * u[1]) / F : 0.0;
+            for (int i = 0; i < 2; ++i) {
+                dy[i] = -mu_ * F * chi[i];
+                dy[3 + i] = -g * u[2] * chi[i] + turns * (F * u[i] - along * chi[i]);
+            }
+            dy[2] = F * F;
             return true;
         };
-        const auto margins = [&](const double* y, double* m) {
+        double m[3];
+        const auto margin = [&](const double* y) {
             double u[3];
             velocities(y, u);
-            m[0] = u[0] * std::cos(y[4]) + u[1] * std::sin(y[4]) + mu_ / kappa_ * g * u[2];
+            const double *chi = y + 3, F = std::sqrt(chi[0] * chi[0] + chi[1] * chi[1]);
+            m[0] = (chi[0] * u[0] + chi[1] * u[1]) / F + g * u[2] / turns;
             m[1] = restores_ ? u[2] : -u[2];
-            m[2] = restores_ ? y[3] - least_ : 1.0;
+            m[2] = restores_ ? F - least_ : 1.0;
             return std::min({m[0], m[1], m[2]});
         };
-        Stepper stepper(Method::dop853, 0, 5, {kError, kError, kImplicit, 0.0}, 0.0);
-        stepper.slopes = [&](const double* y, double* J) {
-            double u[3];
-            velocities(y, u);
-            std::fill(J, J + 25, 0.0);
-            if (!(y[3] > 0.0)) return;
-            const double F = y[3], c = std::cos(y[4]), s = std::sin(y[4]), by = kappa_ / (mu_ * F);
-            J[3] = -mu_ * c, J[4] = mu_ * F * s;
-            J[8] = -mu_ * s, J[9] = -mu_ * F * c;
-            J[13] = 1.0;
-            for (int j = 0; j < 3; ++j) {
-                J[15 + j] = -g * W_[6 + j];
-                J[20 + j] = by * (c * W_[3 + j] - s * W_[j]);
-            }
-            J[23] = -by / F * (c * u[1] - s * u[0]);
-            J[24] = -by * (c * u[0] + s * u[1]);
-        };
-        stepper.next = 0.1 * kBegins;
-        double y[5] = {P[0], P[1], P[2], depth_, way_}, rate[5], next[5], m[3];
+        Stepper stepper(Method::dop853, 0, 5,
+                        {kStepError, kStepError * std::abs(start_[2]), kImplicit, 0.0}, 0.0);
+        stepper.slopes = [&](const double* y, double* J) { differentiate(y, J); };
+        stepper.next = 1.0 / (g * std::abs(u_[2]) + turns * std::hypot(u_[0], u_[1]) + depth_);
+        double y[5] = {P[0], P[1], P[2], depth_ * way_[0], depth_ * way_[1]}, rate[5], next[5];
         f(0.0, y, rate);
         const double before = depth_;
+        double at_low = 0.0;
+        Step step, cut;
         for (int count = 0;; ++count) {
             if (count == kMostSteps) return false;
-            Step step, cut;
             std::copy(y, y + 5, next);
             if (!stepper.step(f, [](double*) {}, 0.0, next, rate, INFINITY, step)) return false;
-            if (margins(next, m) < 0.0) {
+            const double at_high = margin(next);
+            if (at_high < 0.0) {
                 // On the polynomial of the step, then on a step to there.
-                double low = 0.0, high = step.end;
-                for (int halving = 0; halving < kHalvings && low < high; ++halving) {
-                    const double middle = 0.5 * (low + high);
-                    if (middle <= low || middle >= high) break;
-                    step.at(middle, next);
-                    (margins(next, m) < 0.0 ? high : low) = middle;
-                }
+                const double high =
+                    zero_between(0.0, at_low, step.end, at_high, [&](double middle) {
+                        step.at(middle, next);
+                        return margin(next);
+                    });
                 step.at(high, next);
-                margins(next, m);
+                margin(next);
                 if (stepper.shortened(f, step, high, cut)) cut.at(high, next);
                 std::copy(next, next + 5, y);
                 break;
             }
+            at_low = at_high;
             std::copy(next, next + 5, y);
         }
         std::copy(y, y + 3, P);
         velocities(y, u_);
-        depth_ = y[3], way_ = y[4];
+        depth_ = std::hypot(y[3], y[4]);
         turn(before);
-        zeta_[0] = mu_ / kappa_ * depth_ * std::cos(way_);
-        zeta_[1] = mu_ / kappa_ * depth_ * std::sin(way_);
-        if (m[0] < 0.0) slips_ = false;
-        change_normal(m[1] < 0.0, m[2] < 0.0);
+        for (int i = 0; i < 2; ++i) {
+            zeta_[i] = y[3 + i] / turns;
+            way_[i] = y[3 + i] / depth_;
+        }
+        if (m[0] <= 0.0) slips_ = false;
+        change_normal(m[1] <= 0.0, m[2] <= 0.0);
         return true;
     }
 
     const double e2_, mu_, kappa_;
-    double W_[9], u_[3], start_[3], zeta_[2] = {}, depth_ = 0.0, way_ = 0.0;
+    double W_[9], u_[3], start_[3], zeta_[2] = {}, depth_ = 0.0, way_[2] = {};
     double least_ = 0.0, scale_ = 0.0;
     bool restores_ = false, slips_ = false, over_ = false;
 };

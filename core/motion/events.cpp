@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
+#include "integrator/zero.hpp"
 #include "motion/motion.hpp"
 
 namespace impulsekit {
@@ -14,40 +15,12 @@ constexpr double kFaster = 1.3;
 constexpr double kNodes[] = {0.0, 0.25, 0.5, 0.75, 1.0};
 // Bodies turn no further than this [rad] between two looks at them.
 constexpr double kSeen = 0.7;
-constexpr int kMostAdvances = 400, kMostHalvings = 80;
+constexpr int kMostAdvances = 400;
 // So much of the time in which a gap surely stays open is gone at once: a step that ended just
 // where it closes would not see on which side it is.
 constexpr double kShort = 0.9;
 // Below this distance [m] nothing is thin enough to be passed.
 constexpr double kNear = 1e-7;
-
-// The zero of a function between a positive and a negative value (Illinois's variant of regula
-// falsi): the end at which it is not positive.
-template <typename Function>
-double zero_between(double a, double fa, double b, double fb, Function f) {
-    int side = 0;
-    for (int i = 0;
-         i < kMostHalvings && b - a > tolerance::last_bits * std::max(std::abs(a), std::abs(b));
-         ++i) {
-        double middle = fb == fa ? 0.5 * (a + b) : b - fb * (b - a) / (fb - fa);
-        if (!(middle > a && middle < b) || i % 8 == 7) middle = 0.5 * (a + b);
-        if (!(middle > a && middle < b)) break;
-        const double value = f(middle);
-        if (value == 0.0) return middle;
-        if (value < 0.0) {
-            b = middle;
-            fb = value;
-            if (side == -1) fa *= 0.5;
-            side = -1;
-        } else {
-            a = middle;
-            fa = value;
-            if (side == 1) fb *= 0.5;
-            side = 1;
-        }
-    }
-    return b;
-}
 
 // The first zero of a gap from `at` to `until`, see `first_closing`. `bend`: of a smooth rate; 0
 // for none. `change`: by how much the rate seems to change in a second.
