@@ -155,9 +155,19 @@ def in_exudyn(stiffness: float) -> list[str]:
     """Return the cells of Exudyn's row, at a stiffness [N/m]."""
     if importlib.util.find_spec("exudyn") is None:
         return ["not installed", *[""] * 6]
-    shape = {"radius": RADIUS, "friction": 0.3}
-    drop = {"height": DROP, "v": (0.0, 0.0, 0.0), "gravity": GRAVITY, "duration": 0.8}
-    slide = {"height": 0.0031, "v": (2.0, 0.0, -3.0), "gravity": 0.0, "duration": 0.2}
+    shape: dict[str, Any] = {"radius": RADIUS, "friction": 0.3}
+    drop: dict[str, Any] = {
+        "height": DROP,
+        "v": (0.0, 0.0, 0.0),
+        "gravity": GRAVITY,
+        "duration": 0.8,
+    }
+    slide: dict[str, Any] = {
+        "height": 0.0031,
+        "v": (2.0, 0.0, -3.0),
+        "gravity": 0.0,
+        "duration": 0.2,
+    }
     cells, depths, peaks = [], [], []
     for e in ASKED:
         reached = []
