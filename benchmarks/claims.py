@@ -117,6 +117,9 @@ TABLE: tuple[_Row, ...] = (
     OfProblem("contacts", "foot", "foot that slides 38", SOLVE, DYNAMICS, 3.0),
     OfProblem("contacts", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 3.0),
     OfProblem("contacts", "feet", "feet 8", SOLVE, ADMM, 1.3),
+    OfJob(
+        "contacts", "one compliant contact: solve / along the path", jobs.compliant_contacts, 2.0
+    ),
     *(
         OfJob("beside bare calls", f"{label}: solve / calls by hand", times, bound)
         for label, times, bound in jobs.BESIDE_BARE

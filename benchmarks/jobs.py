@@ -19,7 +19,7 @@ from impulsekit.batch.problems import solve_contact_problems
 from impulsekit.batch.solve import solve_batch
 from impulsekit.checking import check
 from impulsekit.impact import solve
-from impulsekit.impact.contact_law import ContactProblem
+from impulsekit.impact.contact_law import ContactProblem, solve_contacts
 from impulsekit.impact.derivatives import derivatives
 from impulsekit.measured.recording import Recording
 from impulsekit.robot import Robot
@@ -170,6 +170,24 @@ def batch_of(feet: int, law: Law) -> Times:
             _ = solve(scene, *state).status
 
     return in_turn(lambda: solve_batch(scene, q, v), one_by_one, 4096, 64, ROUNDS)
+
+
+def compliant_contacts() -> Times:
+    """64 random impacts of one compliant contact, against Coulomb's friction along their paths."""
+    rng = np.random.default_rng(0)
+    problems = []
+    for _ in range(64):
+        J, u = rng.normal(size=(3, 6)), rng.normal(size=3)
+        u[2] = -abs(u[2]) - 0.05
+        e, mu, ratio = rng.uniform([0.1, 0.05, 0.3], [0.95, 1.5, 2.0])[:, None]
+        W = J @ J.T + 0.1 * np.eye(3)
+        problems.append(ContactProblem(W, u, u, e, mu, 0 * mu, stiffness_ratio=ratio))
+
+    def under(law: Law) -> Callable[[], object]:
+        return lambda: [solve_contacts(problem, law) for problem in problems]
+
+    compliant, path = Law(slip="compliant"), Law("stronge", slip="path")
+    return in_turn(under(compliant), under(path), 64, 64, ROUNDS)
 
 
 def outcomes_of_two(in_plane: bool) -> Times:

@@ -76,3 +76,30 @@ def test_static_friction_holds_what_rests(friction, count):
         assert impact.is_valid()
         assert np.abs(impact.v_after).max() < 1e-12
         assert {point.mode for found in impact.contacts for point in found.points} == {"sticking"}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+@pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e6])
+def test_a_ball_hit_on_its_cloth_comes_to_an_end(stiffness, friction):
+    """Both rest on sprung cloth, without load at first; the hit shares 1 m/s as (1 ± 0.95)/2."""
+    radius, mass = 0.028575, 0.17
+    ball = one_body("ball", mass, 0.4 * mass * radius**2)
+    balls = ik.combine(first=ball, second=ball)
+    cloth = [
+        ik.Contact(
+            f"{name}/ball", at=[0, 0, -radius], restitution=0.5, friction=friction,
+            stiffness=stiffness,
+        )
+        for name in ("first", "second")
+    ]  # fmt: skip
+    hit = ik.Contact(
+        "second/ball", at=[-radius, 0, 0], normal=[1, 0, 0], origin=[radius, 0, 0],
+        against="first/ball", restitution=0.95, friction=0.3 * friction, stiffness=1e6,
+    )  # fmt: skip
+    places = {"first/root_joint": [0, 0, radius], "second/root_joint": [2 * radius, 0, radius]}
+    q = balls.configuration(**{name: [*at, 0, 0, 0, 1] for name, at in places.items()})
+    v = balls.velocity(**{"first/root_joint": [1, 0, 0, 0, 1 / radius, 0]})
+    impact = ik.solve(ik.Scene(balls, contacts=[*cloth, hit], law=ik.Law("lzb")), q, v)
+    assert impact.status is ik.Status.SOLVED
+    along = impact.v_after[[0, 6]]
+    assert along == pytest.approx([0.025, 0.975], abs=1e-12 if friction == 0.0 else 0.02)
