@@ -98,6 +98,14 @@ class OfJob:
             yield Claim.of_values(self.label, found, self.bound, self.unit, self.at_least)
 
 
+def _in_mujoco(name: str, *given: str) -> list[float]:
+    """A job of ``benchmarks.in_mujoco``, which needs MuJoCo."""
+    from . import in_mujoco
+
+    found: list[float] = getattr(in_mujoco, name)(*given)
+    return found
+
+
 SOLVE, BATCH, LARGE = "impulsekit, solve", "impulsekit, batch", "impulsekit, large batch"
 CRBA, DYNAMICS = "pinocchio, crba + cholesky", "pinocchio, impulseDynamics"
 ADMM, MUJOCO = "pinocchio, ADMM, 1e-06", "mujoco, batch"
@@ -205,6 +213,24 @@ TABLE: tuple[_Row, ...] = (
                 "ms",
             ),
         )
+    ),
+    OfJob(
+        "in MuJoCo",
+        "Solo12 trots: Impacts.step / mj_step",
+        partial(_in_mujoco, "running"),
+        1.3,
+        needs="mujoco",
+    ),
+    *(
+        OfJob(
+            "in MuJoCo",
+            f"impact on four contacts, {instant}",
+            partial(_in_mujoco, "impact_cost", instant),
+            bound,
+            "µs",
+            needs="mujoco",
+        )
+        for instant, bound in (("exact", 150.0), ("step", 25.0))
     ),
     OfJob("motion", "tosses of a cube / mujoco, 1 ms", motions.tosses, 1.5),
     OfJob("motion", "box drawn to and fro, 2 s / mujoco, 1 ms", motions.drawn_box, 2.0),

@@ -28,22 +28,19 @@ STIFFNESS, DAMPING_RATIO = 1e5, 0.5
 STEP, DURATION = 5e-5, 0.03  # s
 
 
-def solo12() -> Any:
+def solo12(**contact: Any) -> Any:
     """Return Solo12 above a floor, with balls as feet and no other shapes."""
     urdf = Path(ik.Robot.from_example("solo12").parts[0].path or "").read_text(encoding="utf-8")
     urdf = re.sub(r"<(visual|collision)>.*?</\1>", "", urdf, flags=re.DOTALL)
     setting = '<mujoco><compiler fusestatic="false"/></mujoco></robot>'
     spec = mujoco.MjSpec.from_string(urdf.replace("</robot>", setting))
-    solref = [-STIFFNESS, -2.0 * DAMPING_RATIO * np.sqrt(STIFFNESS)]
-    touch = {"friction": [FRICTION, 0.0, 0.0], "solref": solref}
+    touch = {"friction": [FRICTION, 0.0, 0.0], **contact}
     plane = mujoco.mjtGeom.mjGEOM_PLANE
     spec.worldbody.add_geom(name="floor", type=plane, size=[5, 5, 0.1], **touch)
     spec.worldbody.first_body().add_freejoint()
     for foot in FEET:
         spec.body(f"{foot}_FOOT").add_geom(name=foot, size=[RADIUS, 0, 0], mass=0, **touch)
-    model = spec.compile()
-    model.opt.timestep, model.opt.cone = STEP, mujoco.mjtCone.mjCONE_ELLIPTIC
-    return model
+    return spec.compile()
 
 
 def fallen(model: Any, random: np.random.Generator, tilt: float) -> Any:
@@ -84,7 +81,9 @@ def correlations(tilt: float, falls: int = FALLS) -> tuple[float, float]:
 
     from impulsekit.rl import Landing
 
-    model, random = solo12(), np.random.default_rng(0)
+    solref = [-STIFFNESS, -2.0 * DAMPING_RATIO * np.sqrt(STIFFNESS)]
+    model, random = solo12(solref=solref), np.random.default_rng(0)
+    model.opt.timestep, model.opt.cone = STEP, mujoco.mjtCone.mjCONE_ELLIPTIC
     landing = Landing.from_mujoco(model, FEET, friction=FRICTION, outputs=("joint_impulse",))
     states = [fallen(model, random, tilt) for _ in range(falls)]
     q, v = (
