@@ -25,7 +25,8 @@ SceneImpact impact_of(const GivenScene& self, const ContactLaw& law, const Array
     given.check(self);
     check_impact(self, law, impact);
     const nb::gil_scoped_release release;
-    solve_scene(self.scene, law, given.state(), impact);
+    fill_scene(self.scene, given.state(), impact);
+    solve_scene(self.scene, law, nullptr, impact);
     return impact;
 }
 
@@ -64,11 +65,8 @@ void bind_solutions(nb::module_& module) {
                &S::momentum_residual, "constraint_residual", &S::constraint_residual,
                "contact_residual", &S::contact_residual, "status", &status_of);
     Result<SceneImpact>(module, "SceneImpact", "An impact, with all that it was solved from.")
-        .parts("rows", &SceneImpact::rows, "solution", &SceneImpact::solution)
-        .part("is_solved",
-              [](const SceneImpact& s) {
-                  return s.has_directions() && s.solution.failure == S::Failure::none;
-              })
+        .parts("q", &SceneImpact::q, "v", &SceneImpact::v, "rows", &SceneImpact::rows, "solution",
+               &SceneImpact::solution, "is_solved", &SceneImpact::is_solved)
         .def(
             "contact_impulses",
             [](const SceneImpact& s, const GivenScene& scene) {

@@ -3,6 +3,7 @@
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
 
 #include <optional>
 
@@ -219,8 +220,7 @@ auto state_at(const Motion& motion, double at) {
 void bind_results(nb::module_& module) {
     using I = MotionImpact;
     Result<I>(module, "MotionImpact", "An impact on the way.")
-        .parts("t", &I::t, "q", &I::q, "v", &I::v, "after", &I::after, "entries", &I::entries,
-               "features", &I::features, "is_soft", &I::is_soft, "status", &I::status);
+        .parts("t", &I::t, "is_soft", &I::is_soft, "solved", &I::solved);
     Result<RestInterval>(module, "RestInterval", "From when to when a contact rested.")
         .parts("entry", &RestInterval::entry, "start", &RestInterval::start, "end",
                &RestInterval::end);
@@ -255,7 +255,7 @@ void bind_motion(nb::module_& module) {
         .part("impact_times",
               [](const Motion& m) {
                   nb::list times;
-                  for (const MotionImpact& impact : m.impacts) times.append(impact.t);
+                  for (const auto& impact : m.impacts) times.append(impact->t);
                   return times;
               })
         .def(

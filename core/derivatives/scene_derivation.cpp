@@ -6,7 +6,7 @@ SceneDerivation::SceneDerivation(const Scene& scene, const ContactLaw& law,
                                  const SceneImpact& impact, int inertia_of)
     : derivation(scene, law),
       tree_(*scene.model),
-      problem_(problem_of(scene, law, impact, coefficients_)) {
+      problem_(problem_of(scene, law, nullptr, impact, coefficients_)) {
     tree_.place(impact.q.data());
     for (const StateRows::Point& point : impact.rows.points) entries_.push_back(point.entry);
     Differentiated d;

@@ -18,16 +18,20 @@ struct SceneImpact {
     ImpactSolution solution;
 
     bool has_directions() const { return rows.without_line < 0 && rows.without_ellipse < 0; }
+    bool is_solved() const { return solution.failure == ImpactSolution::Failure::none; }
 };
 
-// Solve the impact of a scene under a law at its q, v and numbers. Without directions of lines or
-// ellipses nothing is solved.
-void solve_scene(const Scene& scene, const ContactLaw& law, const GivenState& given,
+// Find M, the rows and the generalized impulse of an impact at its q, v and numbers.
+void fill_scene(const Scene& scene, const GivenState& given, SceneImpact& impact);
+// Solve an impact with its rows under a law. `restitution`: of each contact in place of the law's;
+// null where that holds. Refused without directions of lines or ellipses. Controls that yielded to
+// their stops have no rows any more.
+void solve_scene(const Scene& scene, const ContactLaw& law, const double* restitution,
                  SceneImpact& impact);
 
 // The problem that an impact is the solution of; `coefficients` are those that it refers to.
-ImpactProblem problem_of(const Scene& scene, const ContactLaw& law, const SceneImpact& impact,
-                         PointCoefficients& coefficients);
+ImpactProblem problem_of(const Scene& scene, const ContactLaw& law, const double* restitution,
+                         const SceneImpact& impact, PointCoefficients& coefficients);
 
 // The problem of a scene's rows but for M, v, impulses and coefficients.
 ImpactProblem problem_of(const Scene& scene, const StateRows& rows, const Law& law);
@@ -35,7 +39,7 @@ ImpactProblem problem_of(const Scene& scene, const StateRows& rows, const Law& l
 // Add the impulse P (3) of a point in world axes; of a stop along its coordinate, then two zeros.
 void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
                        double* to);
-// (contacts, 3) the impulses of a scene's contacts in world axes.
+// (contacts, 3) the impulses of a scene's contacts in world axes; zero where it was refused.
 std::vector<double> contact_impulses(const Scene& scene, const SceneImpact& impact);
 
 }  // namespace impulsekit

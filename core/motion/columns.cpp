@@ -13,15 +13,21 @@ Path::Path(const Motion& motion) : resting_states(motion.resting_states) {
 }
 
 ImpactColumns::ImpactColumns(const Motion& motion) {
-    const std::size_t contacts = motion.scene().scene.contacts.size();
-    for (const MotionImpact& impact : motion.impacts) {
-        times.push_back(impact.t);
-        status.push_back(static_cast<int>(impact.status));
-        before.insert(before.end(), impact.v.begin(), impact.v.end());
-        after.insert(after.end(), impact.after.begin(), impact.after.end());
-        impulses.insert(impulses.end(), impact.impulses.begin(), impact.impulses.end());
+    const Scene& scene = motion.scene().scene;
+    const std::size_t contacts = scene.contacts.size(), nv = motion.nv();
+    for (const auto& impact : motion.impacts) {
+        const SceneImpact& solved = impact->solved;
+        times.push_back(impact->t);
+        status.push_back(static_cast<int>(status_of(solved.solution)));
+        for (std::size_t i = 0; i < nv; ++i) {
+            before.push_back(solved.v[i]);
+            after.push_back(solved.v[i] + solved.solution.dv[i]);
+        }
+        const std::vector<double> own = contact_impulses(scene, solved);
+        impulses.insert(impulses.end(), own.begin(), own.end());
         touching.resize(touching.size() + contacts);
-        for (int entry : impact.entries) touching[touching.size() - contacts + entry] = 1;
+        for (const StateRows::Point& point : solved.rows.points)
+            touching[touching.size() - contacts + point.entry] = 1;
     }
 }
 

@@ -379,37 +379,17 @@ FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
     return b;
 }
 
-FramePairMotion ContactGaps::plain_spot(const Tree<double>& tree,
-                                        const RestingContact& point) const {
-    const Gap& gap = gaps_[point.gap];
-    return gap.kind == Contact::shapes || gap.kind == Contact::ball
-               ? spot_of_bodies(tree, point)
-               : frame_pair_motion(tree, scene_->contacts[gap.entry].frames);
-}
-
 FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact& point) const {
-    FramePairMotion b = plain_spot(tree, point);
-    scale_to_ellipse(tree, gaps_[point.gap].entry, b.axes);
+    const Gap& gap = gaps_[point.gap];
+    FramePairMotion b = gap.kind == Contact::shapes || gap.kind == Contact::ball
+                            ? spot_of_bodies(tree, point)
+                            : frame_pair_motion(tree, scene_->contacts[gap.entry].frames);
+    scale_to_ellipse(tree, gap.entry, b.axes);
     return b;
 }
 
-void ContactGaps::friction_axis(const Tree<double>& tree, const RestingContact& point,
-                                double* axis) const {
-    axis[0] = 1.0;
-    axis[1] = 0.0;
-    const int entry = gaps_[point.gap].entry;
-    if (!is_elliptic(entry)) return;
-    const Contact& contact = scene_->contacts[entry];
-    const Mat axes = plain_spot(tree, point).axes;
-    const Vec along = tree.rotation[contact.ellipse_body] * vec3<double>(contact.along);
-    const double a = dot(axes.x, along), b = dot(axes.y, along), length = std::hypot(a, b);
-    if (!(length > kAlongNormal)) return;
-    axis[0] = a / length;
-    axis[1] = b / length;
-}
-
 void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, const double* q,
-                       const double* v, const RestRows& to, bool in_units) const {
+                       const double* v, const RestRows& to) const {
     const auto [J, turning, bias, turning_bias] = to;
     const int nv = scene_->model->nv;
     const Gap& gap = gaps_[point.gap];
@@ -429,7 +409,7 @@ void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, co
         return;
     }
     if (turning) std::fill(turning, turning + 3 * nv, 0.0);
-    const FramePairMotion b = in_units ? spot(tree, point) : plain_spot(tree, point);
+    const FramePairMotion b = spot(tree, point);
     add_rows(tree, b, J, turning);
     if (bias) {
         const Spatial<double> rate = relative_rate(tree, b);

@@ -107,13 +107,11 @@ class ContactGaps {
 
     // The point and axes of a resting point of two bodies; the tree with places and twists.
     FramePairMotion spot(const Tree<double>& tree, const RestingContact& point) const;
-    // The first axis of an ellipse of friction in the tangents of a point; (1, 0) without one.
-    void friction_axis(const Tree<double>& tree, const RestingContact& point, double* axis) const;
     // (3, nv) rows of a resting point and of its turning, and their rates at no joint acceleration,
     // where asked for; the tree with places and twists, for rates with those of bodies as well.
-    // `in_units`: of an ellipse of friction tangents have its semi-axes as units.
+    // Of an ellipse of friction tangents have its semi-axes as units.
     void rows(const Tree<double>& tree, const RestingContact& point, const double* q,
-              const double* v, const RestRows& to, bool in_units = true) const;
+              const double* v, const RestRows& to) const;
     // True if friction goes by an ellipse, whose semi-axes are units of the tangents.
     bool is_elliptic(int entry) const;
 
@@ -125,7 +123,6 @@ class ContactGaps {
   private:
     void measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
                         GapState& found) const;
-    FramePairMotion plain_spot(const Tree<double>& tree, const RestingContact& point) const;
     FramePairMotion spot_of_bodies(const Tree<double>& tree, const RestingContact& point) const;
     void scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const;
 

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "impact/scene_impact.hpp"
 #include "linalg/arena.hpp"
 #include "motion/motion.hpp"
 
@@ -58,7 +57,7 @@ std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps)
 
 // (3 (points + turning), nv) rows of points at the tree's state, then of the turning of some.
 void Motion::write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
-                        std::vector<int>& turning, bool in_units) {
+                        std::vector<int>& turning) {
     turning.clear();
     for (std::size_t i = 0; i < points.size(); ++i)
         if (dynamics_.contact_gaps.gaps()[points[i].gap].turns)
@@ -69,70 +68,51 @@ void Motion::write_rows(const std::vector<RestingContact>& points, std::vector<d
         const bool turns = dynamics_.contact_gaps.gaps()[points[i].gap].turns;
         dynamics_.contact_gaps.rows(
             dynamics_.tree, points[i], y.data(), y.data() + nq(),
-            {J.data() + 3 * i * nv(), turns ? J.data() + 3 * next * nv() : nullptr}, in_units);
+            {J.data() + 3 * i * nv(), turns ? J.data() + 3 * next * nv() : nullptr});
         next += turns;
     }
 }
 
-// v⁺ of the points at the tree's place, from v; its status.
-Status Motion::solve(const std::vector<RestingContact>& points, const double* v, bool soft,
-                     double* after) {
+// The impact of points at this place, from v.
+SceneImpact Motion::solve(const std::vector<RestingContact>& points, const std::vector<double>& v,
+                          bool soft) const {
     const Scene& scene = scene_->scene;
-    const int m = impact_rows_.rows();
-    StateRows rows;
+    SceneImpact impact;
+    impact.q.assign(y.begin(), y.begin() + nq());
+    impact.v = v;
+    std::vector<char> only(scene.contacts.size());
+    std::vector<std::pair<int, Feature>> features;
     for (const RestingContact& point : points) {
-        StateRows::Point own{};
-        own.entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
-        dynamics_.contact_gaps.friction_axis(dynamics_.tree, point, own.ellipse);
-        rows.points.push_back(own);
+        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        only[gap.entry] = 1;
+        if (gap.kind == Contact::shapes) features.emplace_back(gap.entry, point.feature);
     }
-    write_rows(points, rows.J, rows.turning_of, false);
-    impact_rows_.fill_rows(dynamics_.tree, y.data());
-    rows.A.assign(impact_rows_.A(), impact_rows_.A() + m * nv());
-    rows.target.resize(m);
-    rows.wider.assign(impact_rows_.wider(), impact_rows_.wider() + m);
-    std::vector<double> rates(m);
-    impact_rows_.speeds(t, rows.target.data(), rates.data());
+    const int block = 1 + 3 * nv();
+    std::vector<double> rows(scene.function_rows * nv()), gaps(scene.function_contacts * block);
+    if (scene.function_rows > 0) scene_->constraints.rows(impact.q.data(), rows.data());
+    for (int i = 0; i < scene.function_contacts; ++i)
+        scene_->contact_gaps.rows(i, impact.q.data(), gaps.data() + i * block);
+    fill_scene(scene, {rows.data(), gaps.data(), nullptr, only.data(), &features}, impact);
+    // Velocities that are driven in time are those of now.
+    const int m = dynamics_.constraints.rows();
+    std::vector<double> speeds(m), rates(m);
+    dynamics_.constraints.speeds(t, speeds.data(), rates.data());
     for (int r = 0; r < m; ++r)
-        if (scene.kept[r]) rows.target[r] = sum_of(rows.A.data() + r * nv(), v, nv());
-    for (const Held& held : scene.held) {
-        if (held.stop < 0) continue;
-        // A stop that turns a controlled joint back is stiffer than its control.
-        for (std::size_t i = 0; i < points.size(); ++i)
-            if (rows.points[i].entry == held.stop &&
-                sum_of(rows.J.data() + (3 * i + 2) * nv(), v, nv()) < 0.0) {
-                rows.target[held.row] = 0.0;
-                std::fill_n(rows.A.begin() + held.row * nv(), nv(), 0.0);
-            }
-    }
-    const std::vector<double> M = dynamics_.mass_matrix(), none(scene.contacts.size(), 0.0);
-    ImpactProblem p = problem_of(scene, rows, scene_->law.law);
-    p.M = M.data();
-    p.v = v;
-    coefficients_.set(scene_->law, rows, soft ? none.data() : nullptr, nullptr, p.v, p.contact);
-    solve_impact(p, solution_);
-    for (int i = 0; i < nv(); ++i) after[i] = v[i] + solution_.dv[i];
-    return status_of(solution_);
+        if (!scene.kept[r]) impact.rows.target[r] = speeds[r];
+    const std::vector<double> none(scene.contacts.size());
+    solve_scene(scene, scene_->law, soft ? none.data() : nullptr, impact);
+    return impact;
 }
 
-// (contacts, 3) the impulses that were just solved, on first bodies in the world, summed over the
-// points of a contact; of joint stops in their joints, first.
-std::vector<double> Motion::impulses_at(const std::vector<RestingContact>& points) {
-    std::vector<double> found(3 * scene_->scene.contacts.size());
-    // A problem that was refused has none.
-    if (solution_.contact.impulse.size() < 3 * points.size()) return found;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Gap& gap = dynamics_.contact_gaps.gaps()[points[i].gap];
-        const double* P = solution_.contact.impulse.data() + 3 * i;
-        const bool has_place = gap.kind != Contact::stop && gap.kind != Contact::functions;
-        const Mat axes = has_place ? dynamics_.contact_gaps.spot(dynamics_.tree, points[i]).axes
-                                   : FramePairMotion().axes;
-        const Vec world = gap.kind == Contact::stop ? Vec{gap.sign * P[2], 0.0, 0.0}
-                                                    : axes * Vec{P[0], P[1], P[2]};
-        double* own = found.data() + 3 * gap.entry;
-        own[0] += world.x, own[1] += world.y, own[2] += world.z;
-    }
-    return found;
+// Keep an impact, unless it is none, and go on with v⁺; false where it is not valid.
+bool Motion::go_on_after(SceneImpact impact, bool soft, bool is_kept) {
+    const bool valid = is_valid(status_of(impact.solution));
+    for (int i = 0; valid && i < nv(); ++i) y[nq() + i] = impact.v[i] + impact.solution.dv[i];
+    if (!valid) ended = Ended::impact_not_valid;
+    if (!valid || is_kept)
+        impacts.push_back(
+            std::make_shared<const MotionImpact>(MotionImpact{t, soft, std::move(impact)}));
+    return valid;
 }
 
 // False where the motion has had all its impacts, which ends it.
@@ -171,21 +151,6 @@ bool Motion::close_gaps(const std::vector<int>& closing) {
     return apply_impact(points, approach, capture);
 }
 
-// The time, place and points of an impact at the tree's state.
-MotionImpact Motion::impact_of(const std::vector<RestingContact>& points) const {
-    MotionImpact impact;
-    impact.t = t;
-    impact.q.assign(y.begin(), y.begin() + nq());
-    for (const RestingContact& point : points) {
-        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        if (impact.entries.empty() || impact.entries.back() != gap.entry)
-            impact.entries.push_back(gap.entry);
-        if (gap.kind != Contact::shapes) continue;
-        impact.features.emplace_back(gap.entry, point.feature);
-    }
-    return impact;
-}
-
 // Counts impacts below the capture speed in quick succession.
 void Motion::count_soft_impact(int gap, bool soft) {
     auto& [count, last] = soft_[gap];
@@ -196,19 +161,17 @@ void Motion::count_soft_impact(int gap, bool soft) {
 bool Motion::chatters(int gap) const { return soft_[gap].first >= kChatter; }
 
 bool Motion::apply_impact(std::vector<RestingContact> points, double approach, double capture) {
-    MotionImpact impact = impact_of(points);
-    impact.is_soft = approach < capture;
-    impact.after.resize(nv());
-    impact.v.assign(y.begin() + nq(), y.end());
-    impact.status = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
-    if (!is_valid(impact.status)) {
+    const bool soft = approach < capture;
+    std::vector<double> v(y.begin() + nq(), y.end());
+    SceneImpact impact = solve(points, v, soft);
+    if (!is_valid(status_of(impact.solution))) {
         // Points that lie still but for rounding lie still: restitution would ask what cannot be.
         std::vector<double> J, rows, change, dv(nv());
         std::vector<int> turning;
         write_rows(points, J, turning);
         for (std::size_t i = 0; i < points.size(); ++i) {
             const double* row = J.data() + (3 * i + 2) * nv();
-            const double speed = sum_of(row, impact.v.data(), nv());
+            const double speed = sum_of(row, v.data(), nv());
             if (!(std::abs(speed) < kStill) || speed == 0.0) continue;
             rows.insert(rows.end(), row, row + nv());
             change.push_back(-speed);
@@ -216,19 +179,12 @@ bool Motion::apply_impact(std::vector<RestingContact> points, double approach, d
         if (!change.empty() &&
             dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
                                           change.data(), dv.data())) {
-            for (int i = 0; i < nv(); ++i) impact.v[i] += dv[i];
-            impact.status = solve(points, impact.v.data(), impact.is_soft, impact.after.data());
+            for (int i = 0; i < nv(); ++i) v[i] += dv[i];
+            impact = solve(points, v, soft);
         }
     }
-    impact.impulses = impulses_at(points);
-    const bool valid = is_valid(impact.status);
     // A captured contact makes no impact: another writing of the scene has another rounding there.
-    if (!valid || approach >= settings_.capture_speed) impacts.push_back(impact);
-    if (!valid) {
-        ended = Ended::impact_not_valid;
-        return false;
-    }
-    std::copy(impact.after.begin(), impact.after.end(), y.begin() + nq());
+    if (!go_on_after(std::move(impact), soft, approach >= settings_.capture_speed)) return false;
     stepper_.restart();
     return find_resting_contacts(points, true, slow_);
 }
@@ -264,8 +220,8 @@ bool Motion::release_unloaded() {
 bool Motion::press_in(const std::vector<RestingContact>& points, const std::vector<double>& J,
                       double fastest, double sums) {
     const int n = static_cast<int>(points.size());
-    double* v = y.data() + nq();
-    std::vector<double> rows, change, dv(nv()), trial(nv()), after(nv());
+    const double* v = y.data() + nq();
+    std::vector<double> rows, change, dv(nv()), trial(nv());
     for (double share : kPressed) {
         const double pressed = std::max(share * fastest, kPressedOfSum * sums);
         if (!(pressed > 0.0)) return false;
@@ -277,24 +233,13 @@ bool Motion::press_in(const std::vector<RestingContact>& points, const std::vect
         }
         if (!dynamics_.velocity_correction(rows.data(), n, change.data(), dv.data())) return false;
         for (int i = 0; i < nv(); ++i) trial[i] = v[i] + dv[i];
-        const Status status = solve(points, trial.data(), true, after.data());
+        SceneImpact impact = solve(points, trial, true);
         double most = 0.0;
         for (int r = 0; r < 3 * n; ++r)
-            most = std::max(most, std::abs(sum_of(J.data() + r * nv(), after.data(), nv()) -
-                                           sum_of(J.data() + r * nv(), trial.data(), nv())));
+            most = std::max(most,
+                            std::abs(sum_of(J.data() + r * nv(), impact.solution.dv.data(), nv())));
         if (!(most > std::max(kAnImpact * pressed, kOfSlip * fastest))) continue;
-        MotionImpact impact = impact_of(points);
-        impact.v = trial;
-        impact.after = after;
-        impact.is_soft = true;
-        impact.status = status;
-        impact.impulses = impulses_at(points);
-        impacts.push_back(impact);
-        if (!is_valid(status)) {
-            ended = Ended::impact_not_valid;
-            return false;
-        }
-        std::copy(after.begin(), after.end(), v);
+        if (!go_on_after(std::move(impact), true, true)) return false;
         return find_resting_contacts(points, false, slow_);
     }
     return false;

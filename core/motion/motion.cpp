@@ -35,9 +35,6 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
     : scene_(std::move(scene)),
       settings_(std::move(settings)),
       dynamics_(*scene_),
-      impact_rows_(scene_->scene, static_cast<int>(scene_->scene.held.size()),
-                   std::vector<char>(scene_->scene.held.size(), 0),
-                   std::vector<char>(scene_->scene.held.size(), 0), scene_->constraints),
       stepper_(settings_.method, nq(), nq() + nv(), {settings_.rtol, settings_.atol},
                settings_.fixed_length) {
     y.assign(q, q + nq());
@@ -131,7 +128,7 @@ void Motion::rewind(double at) {
         last.end = at;
     else
         path.pop_back();
-    const auto later = [at](const auto& impact) { return impact.t > at; };
+    const auto later = [at](const auto& impact) { return impact->t > at; };
     impacts.erase(std::find_if(impacts.begin(), impacts.end(), later), impacts.end());
     rests.erase(std::remove_if(rests.begin(), rests.end(),
                                [at](const RestInterval& rest) { return rest.end > at; }),

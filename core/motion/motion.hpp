@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "impact/coefficients.hpp"
-#include "impact/impact.hpp"
+#include "impact/scene_impact.hpp"
 #include "integrator/stepper.hpp"
 #include "motion/dynamics.hpp"
 #include "motion/tolerances.hpp"
@@ -42,12 +42,8 @@ enum class Ended {
 // An impact on the way.
 struct MotionImpact {
     double t = 0.0;
-    std::vector<double> q, v, after;
-    std::vector<int> entries;                       // contacts that take part
-    std::vector<std::pair<int, Feature>> features;  // points of bodies among them
-    std::vector<double> impulses;                   // (contacts, 3) on first bodies, in the world
-    bool is_soft = false;                           // met without restitution
-    Status status = Status::solved;
+    bool is_soft = false;  // met without restitution
+    SceneImpact solved;
 };
 
 // From when to when a contact rested.
@@ -87,7 +83,7 @@ class Motion {
     std::vector<double> y;  // (nq + nv)
     std::vector<Piece> path;
     std::vector<RestingState> resting_states;
-    std::vector<MotionImpact> impacts;
+    std::vector<std::shared_ptr<const MotionImpact>> impacts;
     std::vector<RestInterval> rests;
     Ended ended = Ended::not_yet;
     bool begun = false;
@@ -159,11 +155,10 @@ class Motion {
     void count_soft_impact(int gap, bool soft);
     bool chatters(int gap) const;
     void write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
-                    std::vector<int>& turning, bool in_units = true);
-    MotionImpact impact_of(const std::vector<RestingContact>& points) const;
-    Status solve(const std::vector<RestingContact>& points, const double* v, bool soft,
-                 double* after);
-    std::vector<double> impulses_at(const std::vector<RestingContact>& points);
+                    std::vector<int>& turning);
+    SceneImpact solve(const std::vector<RestingContact>& points, const std::vector<double>& v,
+                      bool soft) const;
+    bool go_on_after(SceneImpact impact, bool soft, bool is_kept);
     std::vector<RestingContact> points_of_gaps(const std::vector<int>& gaps);
 
     // Rest.
@@ -185,7 +180,6 @@ class Motion {
     std::shared_ptr<const MotionScene> scene_;
     MotionSettings settings_;
     Dynamics dynamics_;
-    BilateralConstraints impact_rows_;
     Stepper stepper_;
     RestingState rest_;
     DynamicsFailure failure_ = DynamicsFailure::none;
@@ -195,8 +189,6 @@ class Motion {
     std::vector<char> passing_;
     std::vector<std::pair<int, double>> soft_;  // by gap
     std::vector<GapState> before_;
-    ImpactSolution solution_;
-    PointCoefficients coefficients_;
     double slow_ = kNoSlip;      // slip below it is none after an impact [m/s]
     double smooth_since_ = 0.0;  // nothing has happened from then on [s]
     double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never

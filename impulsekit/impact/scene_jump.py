@@ -84,11 +84,19 @@ class SceneJump:
         inputs = Inputs(**more) if more else None
         own = self.flat.impulses if numbers is None else numbers[self.flat.order]
         found = solve_scene(self.flat.core, self.law, q, v, own, inputs)
+        return self.solved(scene, found)
+
+    def solved(self, scene: Scene, found: SceneImpact) -> Solved:
+        """Return an impact that the core has solved.
+
+        Raises:
+            As ``solve``.
+        """
         if not found.is_solved:
-            self._refuse(scene, q, found)
+            self._refuse(scene, found)
         if scene.controlled and found.rows.yielded:
             scene = self._freed(scene, found.rows.yielded)
-            return jump_of(scene).solve(scene, q, v, touching, features, numbers)
+            return Solved(jump_of(scene), scene, found)
         return Solved(self, scene, found)
 
     def _freed(self, scene: Scene, yielded: list[int]) -> Scene:
@@ -103,7 +111,7 @@ class SceneJump:
             self._without[left] = replace(scene, controlled=left)
         return self._without[left]
 
-    def _refuse(self, scene: Scene, q: np.ndarray, found: SceneImpact) -> None:
+    def _refuse(self, scene: Scene, found: SceneImpact) -> None:
         """Raise the error of an impact without a solution."""
         check_directions(found.rows)
         solution = found.solution
@@ -111,7 +119,7 @@ class SceneJump:
             raise InputError(solution.contact.refused)
         if solution.failure == Failure.singular_mass:
             model, rows = scene.robot.model, found.rows.A.reshape(-1, scene.robot.nv)
-            masses = self.flat.model.core.mass_matrix(q).reshape(model.nv, model.nv)
+            masses = self.flat.model.core.mass_matrix(found.q).reshape(model.nv, model.nv)
             raise singular_mass(model, singular_joints(model, masses, rows))
         names = [self.flat.names[i] for i in solution.failed]
         named = ", ".join(names[:MOST_NAMED]) + (", …" if len(names) > MOST_NAMED else "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container
 from functools import cached_property
 from math import hypot, sqrt
 from typing import TYPE_CHECKING, Any
@@ -26,9 +26,7 @@ from .scene_jump import SceneJump, jump_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from .flat.scene import NamedPoint
-
-__all__ = ["ImpactSolver", "solve", "solve_touching", "solve_without_warnings"]
+__all__ = ["ImpactSolver", "solve", "solve_without_warnings"]
 
 # So many numbers of a state are sooner squared by numpy than handed over one by one.
 MANY = 100
@@ -158,7 +156,6 @@ class _Workspace:
         q: ArrayLike,
         v: ArrayLike,
         touching: Container[int],
-        features: Sequence[NamedPoint] | None = None,
     ) -> Impact:
         """The impact of some of the contacts; q and v are copied and checked."""
         scene = self._at_start or scene
@@ -166,7 +163,7 @@ class _Workspace:
             return self.solve(scene, q, v)
         q = state.checked_configuration(self._model, q)
         v = state.checked_velocity(self._model, v)
-        solved = self._rows.solve(scene, q, v, touching, features)
+        solved = self._rows.solve(scene, q, v, touching)
         return Impact(solved.scene, q, v, solved.core.solution.dv, solved=solved)
 
     def _no_jump(self, q: np.ndarray, numbers: np.ndarray | None) -> np.ndarray:
@@ -226,20 +223,6 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike, *, impulses: Any = None) -> 
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
     """The same for a state out of many: none of them warns."""
     return _workspaces.of(scene).solve(scene, q, v)
-
-
-def solve_touching(
-    scene: Scene,
-    q: np.ndarray,
-    v: np.ndarray,
-    touching: Container[int],
-    features: Sequence[NamedPoint] | None = None,
-) -> Impact:
-    """As ``ImpactSolver.solve_touching``, by the solver kept for the scene.
-
-    ``features``: the points of bodies by contact; None for those within the margin.
-    """
-    return _workspaces.of(scene).solve_touching(scene, q, v, touching, features)
 
 
 def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:

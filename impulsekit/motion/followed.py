@@ -13,7 +13,7 @@ from .._core import Ended, MotionImpact
 from ..errors import InputError, check_kind, warn_of_setup
 from ..impact import Impact
 from ..impact.doubts import doubts_of_state
-from ..impact.solver import solve_touching
+from ..impact.scene_jump import jump_of
 from ..robot import state
 from ..robot.model_checks import check_capacity
 from ..scene import Contact, Scene
@@ -184,13 +184,14 @@ def checked_start(
 
 
 def _impact_of(scene: Scene, hit: MotionImpact) -> tuple[float, Impact]:
-    """An impact during the motion, with all results of ``solve``."""
+    """An impact that the core met during the motion, with all results of ``solve``."""
     later = _later.of(scene)
     if any(map(is_driven, later.constraints)):
         own = scene_at(_without_restitution(later) if hit.is_soft else later, hit.t)
     else:
         own = _soft.of(scene) if hit.is_soft else later
-    return hit.t, solve_touching(own, hit.q, hit.v, set(hit.entries), hit.features)
+    solved, core = jump_of(own).solved(own, hit.solved), hit.solved
+    return hit.t, Impact(solved.scene, core.q, core.v, core.solution.dv, solved=solved)
 
 
 def _without_restitution(scene: Scene) -> Scene:
