@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,12 +16,11 @@ from ..impact.scene_jump import jump_of
 from ..robot import state
 from ..robot.model_checks import check_capacity
 from ..scene import Contact, Scene
-from ..scene.driven import is_driven
 from ..scene.functions import call
 from ..scene.motion import MotionSettings
-from ..scene.scene import SceneCache, scene_at
 from .flat import is_new
 from .interrupts import Interrupts
+from .record.impact_scenes import scene_of_impact
 from .record.path import Path
 from .record.sampled import Hits, Rest
 from .record.status import MotionStatus
@@ -185,20 +183,6 @@ def checked_start(
 
 def _impact_of(scene: Scene, hit: MotionImpact) -> tuple[float, Impact]:
     """An impact that the core met during the motion, with all results of ``solve``."""
-    later = _later.of(scene)
-    if any(map(is_driven, later.constraints)):
-        own = scene_at(_without_restitution(later) if hit.is_soft else later, hit.t)
-    else:
-        own = _soft.of(scene) if hit.is_soft else later
+    own = scene_of_impact(scene, hit.t, soft=hit.is_soft)
     solved, core = jump_of(own).solved(own, hit.solved), hit.solved
     return hit.t, Impact(solved.scene, core.q, core.v, core.solution.dv, solved=solved)
-
-
-def _without_restitution(scene: Scene) -> Scene:
-    contacts = [replace(entry, restitution=0.0) for entry in scene.contacts]
-    return replace(scene, contacts=contacts)
-
-
-# Made once, so that their solvers serve every motion of a scene.
-_later = SceneCache(lambda scene: replace(scene, impulses=()) if scene.impulses else scene)
-_soft = SceneCache(lambda scene: _without_restitution(_later.of(scene)))

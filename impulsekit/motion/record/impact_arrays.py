@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from ...impact.contact_law import ContactSolution
 from ...impact.outcome import Outcome, Touch
 from ...impact.result import Impact
 from ...impact.status import Status
+from .impact_scenes import is_soft, scene_of_impact
 
 if TYPE_CHECKING:
     from ...scene import Scene
@@ -29,7 +30,7 @@ _SOLUTION = tuple(
 
 
 def packed_impacts(
-    impacts: Sequence[tuple[float, Impact]],
+    scene: Scene, impacts: Sequence[tuple[float, Impact]]
 ) -> tuple[list[dict[str, Any]], np.ndarray]:
     """The impacts as data for JSON with shapes in the place of arrays, and their numbers."""
     numbers: list[np.ndarray] = []
@@ -44,11 +45,16 @@ def packed_impacts(
     packed = []
     for time, impact in impacts:
         # Only at the start the scene's impulses strike; later ones are of a scene without.
-        entry: dict[str, Any] = {"time": time, "struck": bool(impact.scene.impulses)}
+        entry: dict[str, Any] = {
+            "time": time,
+            "struck": bool(impact.scene.impulses),
+            "soft": is_soft(scene, impact.scene),
+        }
         entry |= {name: put(getattr(impact, name)) for name in ("q", "v_before", "dv")}
         outcome = impact.outcome
         if outcome is not None:
             entry["outcome"] = {name: put(getattr(outcome, name)) for name in _OUTCOME}
+            entry["nearly_dependent"] = bool(outcome.nearly_dependent)
             entry["touches"] = [
                 {
                     "entry": int(touch.entry),
@@ -96,7 +102,6 @@ def impacts_of(
         ValueError, KeyError, TypeError: something else stands there.
     """
     robot = scene.robot
-    without_impulses = replace(scene, impulses=()) if scene.impulses else scene
     place = 0
 
     def take(shape: Any, *wanted: int | None) -> Any:
@@ -169,7 +174,10 @@ def impacts_of(
                 )
             unique = None if unique is None else unique != 0.0
             left = (0.0, 0.0, 0.0) if residuals is None else tuple(residuals.tolist())
-            outcome = Outcome(forces, unique, touches, solution, residuals=left)
-        own_scene = scene if entry["struck"] is True else without_impulses
-        found.append((float(entry["time"]), Impact(own_scene, q, v, dv, outcome)))
+            nearly = entry.get("nearly_dependent") is True
+            outcome = Outcome(forces, unique, touches, solution, nearly, left)
+        time, own = float(entry["time"]), scene
+        if entry["struck"] is not True:
+            own = scene_of_impact(scene, time, soft=entry.get("soft") is True)
+        found.append((time, Impact(own, q, v, dv, outcome)))
     return tuple(found)

@@ -49,7 +49,7 @@ def save_motion(motion: SampledMotion, path: str | os.PathLike[str]) -> None:
     """See ``Trajectory.save``."""
     path = checked_output(path, "motion", *ENDINGS["motion"])
     text, reason = _scene_text(motion.scene)
-    impacts, numbers = packed_impacts(motion.impacts)
+    impacts, numbers = packed_impacts(motion.scene, motion.impacts)
     record = {
         "format": FORMAT,
         "without_scene": reason,
