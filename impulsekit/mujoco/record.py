@@ -27,7 +27,8 @@ class Parts(NamedTuple):
         model: a ``mujoco.MjModel``. state: of MuJoCo, before the impact.
         mass: (nv, nv) M, with armature. equalities: number of rows of equalities.
         listing: contacts and limits nearby. which: the entries in the impact, contacts first.
-        restitution: (n + k) of each. listed: what the core found for them.
+        restitution: (n + k) of each. listed: what the core found for them. It and the listing are
+            None after pickling.
     """
 
     model: Any
@@ -66,6 +67,13 @@ class StepImpact(Displayed):
     status: Status
     parts: Parts
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Results for another process, where the core's own records cannot go."""
+        for name in ("_places", "_components", "limits", "moments", "residual", "separation"):
+            getattr(self, name)
+        gone: dict[str, Any] = {"listing": None, "listed": None}
+        return {**self.__dict__, "parts": self.parts._replace(**gone)}
+
     @cached_property
     def _contacts(self) -> list[tuple[int, int, float]]:
         """Two geoms of each contact, and how fast its gap grew."""
@@ -93,7 +101,7 @@ class StepImpact(Displayed):
         """(n,) the e of each contact."""
         return read_only(np.array(self.parts.restitution[: len(self._contacts)]))
 
-    @property
+    @cached_property
     def residual(self) -> float:
         """Residual of the law's equations."""
         return float(self.parts.listed.solution.contact.residual)

@@ -2,6 +2,7 @@
 
 import importlib
 import itertools
+import pickle
 from pathlib import Path
 
 import mujoco
@@ -144,6 +145,19 @@ def check_velocity(scene, hit, impact, q):
     ik.set_mujoco_state(data, q, impact.v_after)
     after = hit.qvel + hit.dv
     assert np.allclose(data.qvel, after, rtol=1e-10, atol=1e-10 * np.abs(after).max())
+
+
+@pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
+def test_an_impact_reports_the_same_after_pickling():
+    for hit in impacts_of(random_scene(3, 6), 3, limits=0.5):
+        again = pickle.loads(pickle.dumps(hit))
+        assert again.to_dict() == hit.to_dict()
+        assert repr(again) == repr(hit)
+        assert (again.residual, again.status) == (hit.residual, hit.status)
+        for name in ("positions", "normals", "moments", "restitution", "dv"):
+            assert np.array_equal(getattr(again, name), getattr(hit, name))
+        for body, wrench in hit.joint_impulses.items():
+            assert np.array_equal(again.joint_impulses[body], wrench)
 
 
 @pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
