@@ -50,7 +50,7 @@ GROUPS = {
     "Laws of contact, compared and measured": (
         "falling_rod.toml", "falling_rod.py", "rocking_block.toml", "rocking_block.py",
         "rough_floor.toml", "rough_floor.py", "bounced_ball.toml", "cube_tosses.toml",
-        "which_law.py", "dropped_phone.py",
+        "which_law.py", "dropped_phone.py", "racket_rubbers.py",
     ),
 }  # fmt: skip
 # [s] Of a scene whose file has no duration although nothing touches at its start.

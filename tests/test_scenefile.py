@@ -111,6 +111,35 @@ def test_a_file_says_what_the_same_scene_in_python_says(load):
     assert not file.q.flags.writeable and not file.v.flags.writeable
 
 
+def test_a_stiffness_ratio_is_read_and_written(load, tmp_path):
+    file = load(
+        PANDA
+        + """
+        [law]
+        slip = "compliant"
+        [[contacts]]
+        kind = "contact"
+        frame = "panda_hand"
+        friction = 0.5
+        stiffness_ratio = 0.3
+        [[contacts]]
+        kind = "contact"
+        frame = "panda_link7"
+        friction = 0.5
+        stiffness_ratio = inf
+        """
+    )
+    assert file.scene.law == ik.Law(slip="compliant")
+    assert [contact.stiffness_ratio for contact in file.scene.contacts] == [0.3, math.inf]
+    ik.save_scene(tmp_path / "copy.toml", file.scene, file.q, file.v)
+    assert same_bits(file, ik.load_scene(tmp_path / "copy.toml"))
+
+
+def test_a_ratio_that_is_not_positive_is_an_error(faults_of):
+    text = PANDA + '[[contacts]]\nkind = "contact"\nframe = "panda_hand"\nstiffness_ratio = 0\n'
+    assert any("stiffness_ratio" in fault for fault in faults_of(text))
+
+
 def test_paths_are_relative_to_the_file_not_to_the_working_directory(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     (tmp_path / "rod.urdf").write_text(ik.models.chain_urdf(1))

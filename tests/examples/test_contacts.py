@@ -1,11 +1,14 @@
 """Balls, rods, blocks and robots that strike something, against closed forms."""
 
+import runpy
+
 import numpy as np
 import pytest
 
 import impulsekit as ik
 
-from . import printed, solved
+from ..laws.test_compliant_angles import angle_after
+from . import EXAMPLES, printed, solved
 
 
 def about(value, rel=1e-12):
@@ -134,3 +137,18 @@ def test_thrown_ball():
     if hit.mode == "sticking":
         across = hit.velocity_after - (hit.velocity_after @ point.normal) * point.normal
         assert across == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def test_racket_rubbers():
+    """κ of racket 1 and of long pips: e_t in closed form, two springs and a last slip."""
+    made = runpy.run_path(str(EXAMPLES / "racket_rubbers.py"))
+    for number, e_t in ((1, 0.7036), (6, -0.3817)):
+        _, e, fall, k_p = made["RACKETS"][number]
+        assert made["measured"](k_p) == pytest.approx(e_t, abs=1e-4)
+        ratio, e = made["ratio_of"](e, fall, made["measured"](k_p)), e - 6.0 * fall
+        angle = ratio * 6.0 / (made["GRIP"] * 6.0)
+        assert -angle_after(angle, 1.25 * ratio, e) / angle == pytest.approx(e_t, abs=1e-4)
+    *_, anti_spin = printed("racket_rubbers")
+    # It slips throughout: µ (1 + e) of the normal speed, five halves of it at the rim.
+    rim = 6.0 - 2.5 * made["ANTI_SPIN_FRICTION"] * (1.0 + 0.53578 - 6.0 * 0.000451) * 6.0
+    assert float(anti_spin[3]) == pytest.approx(-rim / 6.0, abs=0.006)
