@@ -61,7 +61,8 @@ class Impacts:
         combine: how the values of two geoms make that of the pair: "max", "min", "average",
             "multiply". A value given for the pair itself counts alone.
         pairs: names of geoms or bodies, or pairs of them, that are treated; None for all.
-        limits: e of the limits of joints and tendons; None leaves their impacts to MuJoCo.
+        limits: e of the limits of joints and tendons; None leaves their own impacts to MuJoCo.
+            Those that are reached when a contact hits bear load as resting contacts do.
         law: one that takes several contacts without stiffnesses.
         threshold: approach speed [m/s] above which a contact is an impact; None for
             max(0.05, 2 g dt), below which MuJoCo's soft contact takes the speed within a step.
