@@ -261,7 +261,7 @@ class Springs {
                 dy[3 + i] = -g * u[2] * chi[i] + turns * (F * u[i] - along * chi[i]);
             }
             dy[2] = F * F;
-            return true;
+            return std::isfinite(dy[2] + dy[3] + dy[4]);
         };
         double m[3];
         const auto margin = [&](const double* y) {
@@ -276,7 +276,8 @@ class Springs {
         Stepper stepper(Method::dop853, 0, 5,
                         {kStepError, kStepError * std::abs(start_[2]), kImplicit, 0.0}, 0.0);
         stepper.slopes = [&](const double* y, double* J) { differentiate(y, J); };
-        stepper.next = 1.0 / (g * std::abs(u_[2]) + turns * std::hypot(u_[0], u_[1]) + depth_);
+        stepper.next =
+            1.0 / (g * std::abs(u_[2]) + turns * std::hypot(u_[0], u_[1]) + std::sqrt(g) * depth_);
         double y[5] = {P[0], P[1], P[2], depth_ * way_[0], depth_ * way_[1]}, rate[5], next[5];
         f(0.0, y, rate);
         const double before = depth_;

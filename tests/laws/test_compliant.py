@@ -104,6 +104,20 @@ def test_energy_never_rises_and_friction_stays_in_its_cone():
         assert found.velocity_after[2] >= 0.0
 
 
+def test_it_ends_whatever_the_coefficients():
+    """Hard and plastic, smooth and rough, soft and stiff along tangents, grazing and straight."""
+    for seed in range(600):
+        rng = np.random.default_rng(seed + 10**6)
+        J, u = rng.normal(size=(3, 6)), rng.normal(size=3)
+        u[2] = -(10.0 ** rng.uniform(-4, 1))
+        e = rng.choice([0.0, 1.0, rng.uniform(0, 1), 1e-3])
+        mu, ratio = 10.0 ** rng.uniform([-3, -2], [1, 3])
+        found = struck(J @ J.T + 1e-3 * np.eye(3), u, e, mu, ratio)
+        assert found.status is ik.Status.SOLVED, seed
+        assert 0.5 * found.impulse @ (u + found.velocity_after) < 1e-12
+        assert np.hypot(*found.impulse[:2]) <= mu * found.impulse[2] * (1.0 + 1e-6)
+
+
 def test_rigid_along_tangents_is_coulombs_friction_along_the_path():
     path = ik.Law("stronge", "path")
     for seed in range(50):
