@@ -222,7 +222,23 @@ class Springs {
         }
     }
 
-    // ∂(rates of slip)/∂y (5, 5).
+    // Rates of slip. y: P and χ = κ ζ/µ, of length δ, over ∫ dt/δ, by which χ does not turn ever
+    // faster where the load is small.
+    bool rates(const double* y, double* dy) const {
+        const double g = gives(), turns = kappa_ / mu_;
+        double u[3];
+        velocities(y, u);
+        const double *chi = y + 3, F = std::sqrt(chi[0] * chi[0] + chi[1] * chi[1]);
+        const double along = F > 0.0 ? (chi[0] * u[0] + chi[1] * u[1]) / F : 0.0;
+        for (int i = 0; i < 2; ++i) {
+            dy[i] = -mu_ * F * chi[i];
+            dy[3 + i] = -g * u[2] * chi[i] + turns * (F * u[i] - along * chi[i]);
+        }
+        dy[2] = F * F;
+        return std::isfinite(dy[2] + dy[3] + dy[4]);
+    }
+
+    // Their derivatives by y (5, 5).
     void differentiate(const double* y, double* J) const {
         const double g = gives(), turns = kappa_ / mu_;
         double u[3];
@@ -247,22 +263,9 @@ class Springs {
         }
     }
 
-    // y: P and χ = κ ζ/µ, of length δ, over ∫ dt/δ, by which χ does not turn ever faster where the
-    // load is small.
     bool slip() {
         const double g = gives(), turns = kappa_ / mu_;
-        const Stepper::Rate f = [&](double, const double* y, double* dy) {
-            double u[3];
-            velocities(y, u);
-            const double *chi = y + 3, F = std::sqrt(chi[0] * chi[0] + chi[1] * chi[1]);
-            const double along = F > 0.0 ? (chi[0] * u[0] + chi[1] * u[1]) / F : 0.0;
-            for (int i = 0; i < 2; ++i) {
-                dy[i] = -mu_ * F * chi[i];
-                dy[3 + i] = -g * u[2] * chi[i] + turns * (F * u[i] - along * chi[i]);
-            }
-            dy[2] = F * F;
-            return std::isfinite(dy[2] + dy[3] + dy[4]);
-        };
+        const Stepper::Rate f = [&](double, const double* y, double* dy) { return rates(y, dy); };
         double m[3];
         const auto margin = [&](const double* y) {
             double u[3];
