@@ -109,9 +109,9 @@ double Stepper::error(const double* y, const double* end, double h) const {
         five += e5 * e5 / (scale * scale);
         three += e3 * e3 / (scale * scale);
     }
-    // Squares of rounding may vanish.
+    // Squares of rounding may vanish. A NaN stays one: no step with it is taken.
     const double both = (five + 0.01 * three) * n_;
-    return both > 0.0 ? std::abs(h) * five / std::sqrt(both) : 0.0;
+    return both == 0.0 ? 0.0 : std::abs(h) * five / std::sqrt(both);
 }
 
 // From the last stage, whose y stands in trial_, beside the end of the step.
