@@ -25,9 +25,9 @@ int contacts_of(const ContactListing& listing);
 // Gaps that close in the course of a step. In all looks at one flight it starts from one state.
 class ClosingGaps {
   public:
-    // What is listed beyond `known`, keys of contacts as often as they touched, and beyond so many
-    // limits, and closes faster than a threshold; a negative one takes all. `handled`: sorted keys
-    // that count; null for all.
+    // Take what is listed beyond `known`, keys of contacts as often as they touched, and beyond so
+    // many limits, and closes faster than a threshold; a negative one takes all. `handled`: sorted
+    // keys that count; null for all.
     ClosingGaps(const ContactListing& listing, std::vector<std::int64_t> known, int limits,
                 const std::vector<std::int64_t>* handled, double threshold);
 

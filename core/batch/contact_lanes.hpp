@@ -15,7 +15,7 @@ class ContactLanes {
     // W of so many rows side by side fits into the cache; larger problems go one by one.
     static constexpr int kMostRows = 240;
 
-    // What is given of one lane.
+    // The input and the answer of one lane.
     struct Lane {
         bool is_given = false;                                     // it takes part
         const double *restitution = nullptr, *friction = nullptr;  // see PointCoefficients

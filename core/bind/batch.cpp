@@ -51,7 +51,7 @@ struct InUse {
     InUse& operator=(const InUse&) = delete;
 };
 
-// What all batches of a scene have in common.
+// The part that all batches of a scene have in common.
 struct Program {
     const GivenScene& given;
     Batch batch;

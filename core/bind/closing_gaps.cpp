@@ -31,7 +31,7 @@ void check_lengths(std::size_t count, const Fields&... fields) {
         throw nb::value_error("contacts: all fields must be of one length");
 }
 
-// What MuJoCo lists: contacts that are not excluded and have rows.
+// Add what MuJoCo lists: contacts that are not excluded and have rows.
 void add_contacts(GivenListing& to, const Field<int, 2>& geom, const Field<int, 1>& exclude,
                   const Field<int, 1>& address, const Field<int, 1>& dim,
                   const Field<double, 2>& position, const Field<double, 2>& frame,

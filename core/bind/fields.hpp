@@ -63,7 +63,7 @@ class Result : public nb::class_<T> {
     }
 };
 
-// How a type is called in a signature.
+// The name of a type in a signature.
 template <typename V>
 constexpr const char* hint_of() {
     return std::is_same_v<V, double> ? "float"

@@ -45,7 +45,7 @@ nb::object array(const double* from, int size) {
     return nb::cast(array_of(std::vector<double>(from, from + size)), nb::rv_policy::move);
 }
 
-// What a function of Python's gives, (count) numbers, for arrays of so many and other arguments.
+// The (count) numbers that a function of Python's gives for arrays of so many and other arguments.
 void call(const nb::object& function, int count, double* to, const nb::args& arguments) {
     const Array own = nb::cast<Array>(function(*arguments));
     const double* from = data_of(own, count, "what a function gives");

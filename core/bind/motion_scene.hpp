@@ -1,4 +1,4 @@
-// What acts between impacts, as Python gives it.
+// Forces and torques between impacts, as Python gives them.
 #pragma once
 
 #include <memory>

@@ -77,7 +77,7 @@ class Springs {
 
     double P[3] = {}, normal_work = 0.0;
 
-    // How far velocities that were followed are from W P.
+    // The distance of velocities that were followed from W P.
     double off() const {
         double most = 0.0;
         for (int i = 0; i < 3; ++i) {
@@ -100,7 +100,7 @@ class Springs {
         turn(0.0);
     }
 
-    // What is left of the normal spring, with the tangential one in proportion: δ²/2 = g ∫ −u_n dP.
+    // The rest of the normal spring, with the tangential one in proportion: δ²/2 = g ∫ −u_n dP.
     void finish() {
         if (!(depth_ > 0.0)) return;
         const double by[3] = {-kappa_ * zeta_[0] / depth_, -kappa_ * zeta_[1] / depth_, 1.0};

@@ -50,7 +50,7 @@ bool is_infeasible(const double* W, int rows, const double* b, double scale, con
 // P in the units that were given; what is at its floor to the last digit.
 void write_back(const ConeSystem& s, const Cones& cones, const double* own, int rows, double* P) {
     std::fill(P, P + rows, 0.0);
-    // What carries nothing has no sign.
+    // An impulse of nothing has no sign.
     for (int i = 0; i < s.rows; ++i) P[s.source[i]] = own[i] * s.unit[i] * s.velocity + 0.0;
     for (int c = 0; c < s.contacts; ++c)
         if (own[s.normal[c]] == s.floor[c]) P[s.source[s.normal[c]]] = cones.floor[s.owner[c]];

@@ -199,7 +199,7 @@ class LzbState {
         }
         const int m = static_cast<int>(rest_.contact.size());
         if (m == 0) return;
-        // What rests answers to the forces of all others.
+        // Contacts at rest answer to the forces of all others.
         Arena::Scope scope(scratch());
         double *answer = scratch().allocate(9 * m * m), *b = scratch().allocate(3 * m),
                *known = scratch().allocate(rows_);
@@ -273,11 +273,11 @@ class LzbState {
         status_ = Status::not_converged;
     }
 
-    // What contacts do from here on.
+    // Decide what contacts do from here on.
     void settle() {
         end_slips();
         remove_drift();
-        // What has come to be held may have to be let go at once.
+        // A contact that has come to be held may have to be let go at once.
         for (int k = 0; k < 2 * n_; ++k) change_normal(k % n_);
         begin_slips();
     }
@@ -318,7 +318,7 @@ class LzbState {
         rates(y_.data(), nullptr);
     }
 
-    // What is held by all its friction begins to slip, or may: against its friction.
+    // A contact that is held by all its friction begins to slip, or may: against its friction.
     void begin_slips() {
         rates(y_.data(), nullptr);
         const double most = largest(rest_.b.data(), 3 * static_cast<int>(rest_.contact.size()));
@@ -360,7 +360,7 @@ class LzbState {
         step.end = high;
     }
 
-    // What contact i does along its normal at the end of a step.
+    // Decide what contact i does along its normal at the end of a step.
     void change_normal(int i) {
         rates(y_.data(), nullptr);
         const double un = u_[3 * i + 2];

@@ -140,7 +140,7 @@ class Process {
         }
     }
 
-    // How many numbers say an outcome.
+    // The count of numbers that say an outcome.
     int numbers() const {
         return Schedule::size(n_, kCompressions) + (expands_ ? Schedule::size(n_, kExpansions) : 0);
     }
@@ -224,7 +224,7 @@ class Process {
         return false;
     }
 
-    // How far to go at a rate; infinite where the rate leads away.
+    // The way to go at a rate; infinite where the rate leads away.
     static double until(double distance, double rate) {
         return distance * rate > 0.0 ? distance / rate : INFINITY;
     }
@@ -290,7 +290,7 @@ class Process {
         return rest;
     }
 
-    // What is left of budgets; false where friction jams a contact.
+    // Spend what is left of budgets; false where friction jams a contact.
     bool spend(double* P) {
         for (int i = 0; i < n_; ++i)
             if (budget_[i] * mobility(i) > ended_ && !press(i, 1.0, P)) return false;
@@ -336,7 +336,7 @@ class Process {
         return u[0] * after[0] + u[1] * after[1] > 0.0 && friction * std::abs(turn) <= ended_;
     }
 
-    // Of contacts that approach or expand the one with the largest weighted speed √W_nn P_n.
+    // Among contacts that approach or expand the one with the largest weighted speed √W_nn P_n.
     int chosen(const Schedule& schedule) const {
         int best = -1;
         double most = 0.0;

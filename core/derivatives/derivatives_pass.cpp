@@ -563,7 +563,7 @@ void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* 
 template void pull_back_blows(const Scene&, const Tree<Pack>&, const Inertia<Pack>*, const Pack*,
                               const Pack*, const Pack*, const Pack*, Pack*);
 
-// Whether demands that were left out or are shared are met, whatever changes, eight side by side.
+// True if demands that were left out or are shared are met, whatever changes, eight side by side.
 void Derivation::check_stage(int number) {
     const Stage& stage = stages_[number];
     const int count = slopes();

@@ -142,8 +142,8 @@ class ImpactSteps {
             for (int k = 0; k < lanes; ++k) {
                 if (!lost[k]) continue;
                 for (int r = 0; r < rows; ++r)
-                    // What bilateral rows hold wholly no impulse changes: rounding must not say
-                    // that it approaches.
+                    // A row that bilateral rows hold wholly no impulse changes: rounding must not
+                    // say that it approaches.
                     if (Number<S>::get(W[r * rows + r], k) > 0.0)
                         Number<S>::set(free[r], k, Number<S>::get(free[r] + made[r] - after[r], k));
                 has_answer[k] = solve(k);

@@ -10,7 +10,7 @@ inline constexpr double last_bits = 4e-16;
 inline constexpr double rounding = 1e-15;
 // Sums over rows, bodies and places.
 inline constexpr double sums = 1e-14;
-// What has been solved for.
+// Numbers that have been solved for.
 inline constexpr double solved = 1e-13;
 // A velocity, or another part, that is nothing beside the whole.
 inline constexpr double at_rest = 1e-12;

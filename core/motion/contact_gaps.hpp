@@ -79,8 +79,8 @@ struct Ahead {
     double base = 0.0, acceleration = 0.0;
 };
 
-// Where rows (3, nv) of a resting point are written, and where they are not null those of its
-// turning, and the rates (3) of both.
+// The places at which rows (3, nv) of a resting point are written, and where they are not null
+// those of its turning, and the rates (3) of both.
 struct RestRows {
     double* J;
     double *turning = nullptr, *bias = nullptr, *turning_bias = nullptr;
@@ -109,7 +109,7 @@ class ContactGaps {
     FramePairMotion spot(const Tree<double>& tree, const RestingContact& point) const;
     // (3, nv) rows of a resting point and of its turning, and their rates at no joint acceleration,
     // where asked for; the tree with places and twists, for rates with those of bodies as well.
-    // Of an ellipse of friction tangents have its semi-axes as units.
+    // For an ellipse of friction tangents have its semi-axes as units.
     void rows(const Tree<double>& tree, const RestingContact& point, const double* q,
               const double* v, const RestRows& to) const;
     // True if friction goes by an ellipse, whose semi-axes are units of the tangents.

@@ -9,8 +9,8 @@
 
 namespace impulsekit {
 
-// What acts at a state. By resting point (n) its contact, axes (3, 3), place (3), the sign of a
-// stop, F (3) and slip (3) in its axes; of those that resist turning moments (3k) and speeds.
+// Forces that act at a state. By resting point (n) its contact, axes (3, 3), place (3), the sign of
+// a stop, F (3) and slip (3) in its axes; of those that resist turning moments (3k) and speeds.
 struct ForcesAt {
     DynamicsFailure failure = DynamicsFailure::none;
     std::vector<double> acceleration, multipliers;  // (nv), (rows)
@@ -26,8 +26,8 @@ struct GapAt {
     double value = 0.0, rate = 0.0;
 };
 
-// What one entry of a scene's forces gives: torques (nv), and wrenches (bodies, 6) about the
-// origins of bodies in world axes.
+// The share that one entry of a scene's forces gives: torques (nv), and wrenches (bodies, 6) about
+// the origins of bodies in world axes.
 struct ForceShare {
     std::vector<double> torques, wrenches;
 };

@@ -1,4 +1,4 @@
-// What is given in the axes of joints, in those of their bodies, which may be others.
+// Vectors given in the axes of joints, in those of their bodies, which may be others.
 #pragma once
 
 #include <vector>

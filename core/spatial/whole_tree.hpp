@@ -25,8 +25,8 @@ struct TreeImpulses {
     std::size_t count = 0;
 };
 
-// Of impulses in joints and on bodies: Δv; of each body but the world the twist after and the
-// wrench that its parent gives it, in world axes.
+// The answer to impulses in joints and on bodies: Δv; of each body but the world the twist after
+// and the wrench that its parent gives it, in world axes.
 struct AppliedImpulses {
     std::vector<double> dv, twists, reactions;
 };

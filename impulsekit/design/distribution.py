@@ -1,4 +1,4 @@
-"""How a quantity of an impact spreads with coefficients, pose, velocity and order of contacts."""
+"""The spread of a quantity of an impact over coefficients, pose, velocity and order of contacts."""
 
 from __future__ import annotations
 

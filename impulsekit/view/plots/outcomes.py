@@ -1,4 +1,4 @@
-"""What an impact leaves open: a cloud of outcomes with its hull, and the spread of a quantity."""
+"""Plots of the outcomes of an impact: their cloud with its hull, and the spread of a quantity."""
 
 from __future__ import annotations
 
