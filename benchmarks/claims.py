@@ -246,11 +246,11 @@ TABLE: tuple[_Row, ...] = (
     ),
     OfJob("motion", "Solo12 standing, 1000 steps / simulate", motions.stepped, 1.5),
     OfJob("motion", "block shaken at its sole for 8.1 s", motions.shaken_block, 1.0, "s"),
-    OfProblem("guard", "struck robot", "struck robot 9", SOLVE, CRBA, 3.0),
-    OfProblem("guard", "struck robot", "struck robot 38", SOLVE, CRBA, 2.5),
-    OfProblem("guard", "held robot", "held robot 12", SOLVE, DYNAMICS, 3.5),
-    OfProblem("guard", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 5.5),
-    OfProblem("guard", "feet", "feet 8", SOLVE, ADMM, 0.9),
+    OfProblem("guard", "struck robot", "struck robot 9", SOLVE, CRBA, 1.6),
+    OfProblem("guard", "struck robot", "struck robot 38", SOLVE, CRBA, 1.3),
+    OfProblem("guard", "held robot", "held robot 12", SOLVE, DYNAMICS, 2.0),
+    OfProblem("guard", "foot", "foot that sticks 38", SOLVE, DYNAMICS, 3.0),
+    OfProblem("guard", "feet", "feet 8", SOLVE, ADMM, 0.3),
     *(
         OfJob("guard", f"{what} / {jobs.PINOCCHIO}", partial(jobs.importing, what), bound)
         for what, bound in ((jobs.BARE, 0.2), (jobs.SOLVING, 2.0))
