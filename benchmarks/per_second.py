@@ -88,7 +88,7 @@ def rates() -> Iterator[str]:
         hours = MANY / everything / 3600
         yield (
             f"| {name} | {one:,.0f} | {everything:,.0f} | {single:,.0f} | "
-            f"{worst_residual(scene, *many):.1e} | {hours:.1f} h |"
+            f"{worst_residual(scene, *many):.1e} | {hours:.2g} h |"
         )
 
 
