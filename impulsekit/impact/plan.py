@@ -14,7 +14,7 @@ from .singular import refuse_massless
 if TYPE_CHECKING:
     from ..scene import Scene
 
-__all__ = ["Plan", "needs_rows", "plan_of", "reached_joints", "touched_joints"]
+__all__ = ["Plan", "needs_rows", "plan_of"]
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ def plan_of(scene: Scene) -> Plan:
     Raises:
         SingularMassError: a motion of a joint that is reached is without mass everywhere.
     """
-    robot, touched = scene.robot, touched_joints(scene)
+    robot, touched = scene.robot, _touched_joints(scene)
     model = robot.model
     if not touched:
         return Plan("none", 0, model.njoints - 1, ("nothing acts: nothing moves",))
-    reached = reached_joints(model, touched)
+    reached = _reached_joints(model, touched)
     skipped = model.njoints - 1 - len(reached)
     why = [f"{skipped} joints hang on the world apart from the impact: left out"] if skipped else []
     if not scene.held:
@@ -65,7 +65,7 @@ def plan_of(scene: Scene) -> Plan:
     return Plan(algorithm, len(reached), skipped, tuple(why))
 
 
-def touched_joints(scene: Scene) -> set[int]:
+def _touched_joints(scene: Scene) -> set[int]:
     """The joints of the bodies that a scene strikes, holds or touches, without the world."""
     robot = scene.robot
     touched = set()
@@ -89,7 +89,7 @@ def needs_rows(scene: Scene) -> bool:
     return bool(scene.impulses) and not robot.is_always_regular
 
 
-def reached_joints(model: pin.Model, joints: Iterable[int]) -> list[int]:
+def _reached_joints(model: pin.Model, joints: Iterable[int]) -> list[int]:
     """All joints of the branches in which some lie: trees at the world do not feel each other."""
     branch = [0] * model.njoints
     parents = list(model.parents)
