@@ -51,7 +51,23 @@ def test_every_law_of_many_contacts(name, law):
     assert impact.is_valid() == found.status.valid
 
 
-@pytest.mark.parametrize("name", ["panda", "ur5", "solo12", "talos", "hyq", "anymal", "tiago"])
+ROBOTS = ["panda", "ur5", "solo12", "talos", "hyq", "anymal", "tiago"]
+
+
+@pytest.mark.parametrize("axes", ["world", "local"])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_known_impulses_alone(name, axes):
+    if name not in ik.models.example_names():
+        pytest.skip(f"no {name} in this version of example-robot-data")
+    robot = ik.Robot.from_example(name, root="freeflyer")
+    joint = next(j for j in reversed(robot.joint_names) if robot.model.nvs[robot.joint_id(j)] == 1)
+    blows = [random_blow(link.name, i, axes) for i, link in enumerate(robot.links[-3:])]
+    scene = ik.Scene(robot, [*blows, ik.JointImpulse(joint, 0.4)])
+    assert ik.impact.ImpactSolver(scene).plan.algorithm == "articulated"
+    assert_same(scene, *random_state(robot, 4))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
 def test_robots(name):
     if name not in ik.models.example_names():
         pytest.skip(f"no {name} in this version of example-robot-data")
