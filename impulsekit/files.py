@@ -11,15 +11,15 @@ import contextlib
 import math
 import os
 import pathlib
-import secrets
 import stat
-import zipfile
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, BinaryIO
 
 from .errors import FileError, InputError, a_thing, quoted, shown
 
 if TYPE_CHECKING:
+    import zipfile
+
     import numpy as np
 
 _REASONS: dict[type[OSError], str] = {
@@ -129,6 +129,8 @@ def read_npz(stream: BinaryIO) -> dict[str, np.ndarray]:
         ValueError: it is no npz file of plain arrays, is damaged, promises more than it holds, or
             does not fit into memory; the sentence says which.
     """
+    import zipfile
+
     size = stream.seek(0, os.SEEK_END)
     if not zipfile.is_zipfile(stream):
         raise ValueError("it is no npz file")
@@ -231,7 +233,7 @@ def replaced_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         target = _target(path)
         mode = _check_target(target)
         folder, name = os.path.split(target)
-        temporary = os.path.join(folder, f".{name[:_KEPT_OF_NAME]}.{secrets.token_hex(8)}.partial")
+        temporary = os.path.join(folder, f".{name[:_KEPT_OF_NAME]}.{os.urandom(8).hex()}.partial")
         descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         try:
             with os.fdopen(descriptor, "w+b") as file:
