@@ -72,7 +72,8 @@ class Site:
         """The point ``at`` (3,) of a frame."""
         frame_id = robot.frame_id(frame)
         source = robot.model.frames[frame_id]
-        placement = source.placement * pin.SE3(np.eye(3), np.array(at, dtype=float))
+        own = source.placement
+        placement = pin.SE3(own.rotation, own.act(np.array(at, dtype=float)))
         return cls(source.parentJoint, frame_id, placement)
 
     @property

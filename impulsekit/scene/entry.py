@@ -31,11 +31,14 @@ class Checked:
         own: Any = type(self)
         kind = own.__name__
         names, others = _checks_of(own)
+        given = vars(self)
         for name in names:
             keep(self, kind, text, name)
-        what = self.wording.format_map({"kind": kind, **vars(self)})
-        for name, check in others:
-            keep(self, what, check, name)
+        what = self.wording.format_map({"kind": kind, **given})
+        for name, check, default in others:
+            # A default is kept as its check gives it.
+            if given[name] is not default:
+                keep(self, what, check, name)
         self._check(what)
 
     def _check(self, what: str) -> None:
@@ -52,12 +55,12 @@ class Checked:
 
 
 @functools.cache
-def _checks_of(kind: Any) -> tuple[list[str], list[tuple[str, Check]]]:
-    """The fields of a class that are names, and checks of the others."""
+def _checks_of(kind: Any) -> tuple[list[str], list[tuple[str, Check, Any]]]:
+    """The fields of a class that are names, and checks and defaults of the others."""
     hints = typing.get_type_hints(kind, include_extras=True)
-    checks = [(item.name, _check_of(hints[item.name])) for item in fields(kind)]
-    names = [name for name, check in checks if check is text]
-    return names, [(name, check) for name, check in checks if check not in (text, None)]
+    checks = [(item.name, _check_of(hints[item.name]), item.default) for item in fields(kind)]
+    names = [name for name, check, _ in checks if check is text]
+    return names, [(n, check, value) for n, check, value in checks if check not in (text, None)]
 
 
 def _check_of(hint: Any) -> Check | None:

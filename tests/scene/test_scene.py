@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import impulsekit as ik
-from impulsekit import errors
+from impulsekit import errors, scene
+from impulsekit.scene.entry import Checked, _checks_of
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +23,19 @@ def test_entries_are_frozen_tuples_of_floats():
     assert blow == ik.AppliedImpulse("a", linear=(0, 5, 0), at=(1, 0, 0))
     with pytest.raises(dataclasses.FrozenInstanceError):
         blow.frame = "b"
+
+
+def test_defaults_are_what_their_checks_give():
+    kinds = [kind for kind in vars(ik).values() if isinstance(kind, type)]
+    kinds += [getattr(scene, name) for name in scene.__all__]
+    seen = 0
+    for kind in {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Checked)}:
+        for name, check, default in _checks_of(kind)[1]:
+            if default not in (dataclasses.MISSING, None):
+                kept = check(default, name)
+                assert kept == default and type(kept) is type(default), (kind, name)
+                seen += 1
+    assert seen > 30
 
 
 def test_an_array_without_an_axis_is_a_number():
