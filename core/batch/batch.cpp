@@ -220,7 +220,7 @@ class Block {
         d.is_closed =
             find_frame_pair_states(scene_, lane_tree_, lane_, pairs_, derivation_.contact);
         entries_.clear();
-        for (const StateRows::Point& point : lane_.points) entries_.push_back(point.entry);
+        for (const ContactFrame<double>& point : lane_.points) entries_.push_back(point.entry);
         d.tree = &lane_tree_;
         d.problem = &p;
         d.solution = &solution_;
@@ -376,7 +376,7 @@ class Block {
         const std::size_t n = scene_.contacts.size();
         double* gaps = b_.out.gaps + row * n;
         std::fill(gaps, gaps + n, std::numeric_limits<double>::quiet_NaN());
-        for (const StateRows::Point& point : lane_.points)
+        for (const ContactFrame<double>& point : lane_.points)
             if (!(gaps[point.entry] <= point.gap)) gaps[point.entry] = point.gap;
     }
 
@@ -387,7 +387,7 @@ class Block {
         totals_.assign(6 * n, 0.0);
         loaded_.assign(n, 0);
         for (std::size_t i = 0; i < lane_.points.size(); ++i) {
-            const StateRows::Point& point = lane_.points[i];
+            const ContactFrame<double>& point = lane_.points[i];
             const double* P = solution_.contact.impulse.data() + 3 * i;
             double* to = totals_.data() + 6 * point.entry;
             add_world_impulse(scene_, lane_, static_cast<int>(i), P, to);
@@ -480,7 +480,7 @@ class Block {
     ContactLanes contact_lanes_;
     ContactLanes::Lane lanes_[kLanes];
     std::vector<Pack> jumps_;
-    std::vector<FramePairState<double>> pairs_;
+    std::vector<FramePairSlopes<double>> pairs_;
     std::vector<int> entries_;
     std::vector<double> weights_, slopes_;
 };

@@ -18,7 +18,7 @@ SceneDerivation* derive(const GivenScene& self, const ContactLaw& law, const Sce
                         int inertia_of) {
     check_impact(self, law, impact);
     bool is_own = impact.rows.target.size() == self.scene.velocity.size();
-    for (const StateRows::Point& point : impact.rows.points)
+    for (const ContactFrame<double>& point : impact.rows.points)
         is_own = is_own && point.entry < static_cast<int>(self.scene.contacts.size());
     if (!is_own) throw nb::value_error("impact: expected one of this scene");
     if (inertia_of >= 0) check_body(self.model, inertia_of);

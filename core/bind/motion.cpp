@@ -24,9 +24,8 @@ void check_rest(const RestingState& rest, const Dynamics& dynamics) {
         if (point.gap < 0 || point.gap >= static_cast<int>(gaps.size()))
             throw nb::value_error("points: unknown gap");
         const Gap& gap = gaps[point.gap];
-        if (gap.kind != Contact::shapes && gap.kind != Contact::ball) continue;
-        const Bodies& bodies = dynamics.contact_gaps.bodies_of(gap);
-        if (!is_named(point.feature, bodies.first, bodies.other))
+        const Contact& contact = dynamics.scene.scene.contacts[gap.entry];
+        if (gap.of_bodies() && !is_named(point.feature, contact.first, contact.other))
             throw nb::value_error("points: unknown feature of bodies");
     }
     if (rest.dry.size() != dynamics.scene.dry.size())

@@ -28,7 +28,6 @@ GivenMotionScene::GivenMotionScene(const GivenScene& own, const ContactLaw& law,
     scene->entries = static_cast<int>(places.size());
     scene->driven_places.assign(places.begin(), places.end());
     scene->driven_speeds.assign(speeds.begin(), speeds.end());
-    scene->bodies.resize(contacts);
     scene->conditional.assign(contacts, 0);
 }
 
@@ -205,24 +204,8 @@ void set_gap_functions(Given& self, const nb::object& rows, const nb::object& bi
     for (int entry : conditional) self.scene->conditional.at(entry) = 1;
 }
 
-// The pieces of both bodies of a collision, in the axes of their joints.
-void set_bodies(Given& self, int entry, const std::vector<Shape>& first,
-                const std::vector<Shape>& other) {
-    if (entry < 0 || entry >= static_cast<int>(self.scene->bodies.size()))
-        throw nb::value_error("entry: expected the number of a contact");
-    if (first.empty() || other.empty()) throw nb::value_error("a body without pieces");
-    const Contact& contact = self.scene->scene.contacts[entry];
-    // If the ball is the second of its entry, the frames are swapped.
-    const bool turned = contact.kind == Contact::ball && contact.shape.sign < 0.0;
-    const int one = turned ? contact.frames.other.body : contact.frames.first.body,
-              two = turned ? contact.frames.first.body : contact.frames.other.body;
-    const Model& model = self.given.model;
-    self.scene->bodies[entry] = {in_body_axes(model, one, first), in_body_axes(model, two, other),
-                                 one, two};
-}
-
 void set_pulls(Given& self, const std::vector<double>& pulls) {
-    if (pulls.size() != self.scene->bodies.size())
+    if (pulls.size() != self.scene->conditional.size())
         throw nb::value_error("pulls: must have one number for each contact");
     self.scene->pulls = pulls;
 }
@@ -269,6 +252,5 @@ void bind_motion_scene(nb::module_& module) {
              nb::arg("values").none(), nb::arg("speeds").none(), nb::arg("place").none())
         .def("set_gap_functions", &set_gap_functions, nb::arg("rows").none(),
              nb::arg("bias").none(), nb::arg("counts").none(), nb::arg("conditional"))
-        .def("set_bodies", &set_bodies, nb::arg("entry"), nb::arg("first"), nb::arg("other"))
         .def("set_pulls", &set_pulls, nb::arg("pulls"));
 }

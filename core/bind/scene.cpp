@@ -107,6 +107,9 @@ void add_contact(GivenScene& self, Contact contact) {
         check_body(self.model, contact.ellipse_body);
         to_body(self.model, contact.ellipse_body, contact.along);
     }
+    if ((contact.kind == Contact::shapes || contact.kind == Contact::ball) &&
+        (contact.first.empty() || contact.other.empty()))
+        throw nb::value_error("a body without pieces");
     if (contact.kind == Contact::functions) ++self.scene.function_contacts;
     self.scene.contacts.push_back(std::move(contact));
 }
@@ -163,35 +166,57 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
     return found;
 }
 
+using Point = ContactFrame<double>;
+
 // A part of all points.
 template <typename T>
-std::vector<T> of_each(const StateRows& rows, T StateRows::Point::* part) {
+std::vector<T> of_each(const StateRows& rows, T Point::* part) {
     std::vector<T> found;
-    for (const StateRows::Point& p : rows.points) found.push_back(p.*part);
+    for (const Point& p : rows.points) found.push_back(p.*part);
     return found;
 }
 
-template <std::size_t count>
-std::vector<double> numbers_of(const StateRows& rows, double (StateRows::Point::*part)[count]) {
-    std::vector<double> found;
-    for (const StateRows::Point& p : rows.points)
-        found.insert(found.end(), p.*part, p.*part + count);
+// So many numbers of each point.
+template <typename Write>
+std::vector<double> numbers_of(const StateRows& rows, std::size_t count, Write write) {
+    std::vector<double> found(count * rows.points.size());
+    for (std::size_t i = 0; i < rows.points.size(); ++i)
+        write(rows.points[i], found.data() + count * i);
     return found;
+}
+
+std::vector<double> axes_of(const StateRows& rows) {
+    return numbers_of(rows, 9, [](const Point& p, double* to) { to_rows(p.axes, to); });
+}
+
+std::vector<double> places_of(const StateRows& rows) {
+    return numbers_of(rows, 3, [&](const Point& p, double* to) {
+        const Vec3<double> place = p.place - rows.origin;
+        to[0] = place.x, to[1] = place.y, to[2] = place.z;
+    });
 }
 
 void bind_state_rows(nb::module_& module) {
-    using Point = StateRows::Point;
     Result<StateRows>(module, "StateRows", "The rows of a scene at a state.")
         .parts("A", &StateRows::A, "target", &StateRows::target, "J", &StateRows::J, "wider",
                &StateRows::wider, "yielded", &StateRows::yielded, "turning_of",
                &StateRows::turning_of)
         .part("entries", [](const StateRows& r) { return of_each(r, &Point::entry); })
         .part("of_bodies", [](const StateRows& r) { return of_each(r, &Point::of_bodies); })
-        .part("features", [](const StateRows& r) { return of_each(r, &Point::feature); })
-        .part("axes", [](const StateRows& r) { return numbers_of(r, &Point::axes); })
-        .part("places", [](const StateRows& r) { return numbers_of(r, &Point::place); })
+        .part("features",
+              [](const StateRows& r) {
+                  std::vector<Feature> found;
+                  for (const Point& p : r.points) found.push_back(p.feature[0]);
+                  return found;
+              })
+        .parts("axes", &axes_of, "places", &places_of)
         .part("gaps", [](const StateRows& r) { return of_each(r, &Point::gap); })
-        .part("ellipses", [](const StateRows& r) { return numbers_of(r, &Point::ellipse); })
+        .part("ellipses",
+              [](const StateRows& r) {
+                  return numbers_of(r, 2, [](const Point& p, double* to) {
+                      std::copy(p.ellipse, p.ellipse + 2, to);
+                  });
+              })
         .parts("without_line", &StateRows::without_line, "without_ellipse",
                &StateRows::without_ellipse);
 }

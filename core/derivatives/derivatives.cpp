@@ -126,10 +126,10 @@ void Derivation::set(const Differentiated& given) {
     held_pairs_.clear();
     for (const Held& held : scene_.held)
         if (held.kind == Held::pair)
-            held_pairs_.push_back(frame_pair_state(*given.tree, held.frames));
+            held_pairs_.emplace_back(frame_pair_state(*given.tree, held.frames));
     blow_pairs_.clear();
     for (const Blow& blow : scene_.blows)
-        blow_pairs_.push_back(frame_pair_state(*given.tree, pair_of(blow)));
+        blow_pairs_.emplace_back(frame_pair_state(*given.tree, pair_of(blow)));
     find_coefficients();
     find_stages();
     if (unavailable != Unavailable::none) {

@@ -78,12 +78,12 @@ struct Differentiated {
     const Tree<double>* tree = nullptr;  // placed
     const ImpactProblem* problem = nullptr;
     const ImpactSolution* solution = nullptr;
-    const int* entries = nullptr;                   // of each point its contact
-    const FramePairState<double>* pairs = nullptr;  // of each point
-    const double* impulses = nullptr;               // the numbers of the known impulses
-    const double* masses = nullptr;                 // factors; null for 1
-    bool has_own_restitution = true;                // whether e is that of the law
-    bool is_closed = true;                          // whether all points move in closed form
+    const int* entries = nullptr;                    // of each point its contact
+    const FramePairSlopes<double>* pairs = nullptr;  // of each point
+    const double* impulses = nullptr;                // the numbers of the known impulses
+    const double* masses = nullptr;                  // factors; null for 1
+    bool has_own_restitution = true;                 // whether e is that of the law
+    bool is_closed = true;                           // whether all points move in closed form
     int inertia_of = -1;  // a body by whose inertia to differentiate as well, by ten numbers
 };
 
@@ -164,7 +164,7 @@ class Derivation {
     std::vector<std::vector<Spatial<double>>> twists_;  // of these
     std::vector<Stage> stages_;
     std::vector<Inertia<double>> inertias_;
-    std::vector<FramePairState<double>> held_pairs_, blow_pairs_;
+    std::vector<FramePairSlopes<double>> held_pairs_, blow_pairs_;
     std::vector<char> consistent_;
 };
 

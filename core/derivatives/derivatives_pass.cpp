@@ -111,7 +111,7 @@ class Derivation::Pass {
                 P_[3 * i + 2] = w[0] * d_.row(m_ + 3 * i + 2)[d_.scene_.contacts[entry].v];
                 continue;
             }
-            const FramePairState<double>& m = d_.given_.pairs[i];
+            const FramePairSlopes<double>& m = d_.given_.pairs[i];
             const Vec3<S> weight{w[0], w[1], w[2]}, own = back(lift<S>(m.axes), weight);
             put(own, P_.data() + 3 * i);
             // The axes turn, and the impulse in them.
@@ -302,7 +302,7 @@ class Derivation::Pass {
     using PairGradient = typename TreeGradient<double, S>::PairGradient;
 
     template <typename T>
-    void add_pair(const FramePairState<double>& m, const S* six,
+    void add_pair(const FramePairSlopes<double>& m, const S* six,
                   const std::vector<Spatial<T>>& twist, std::vector<Spatial<S>>* wrench,
                   PairGradient& pair_gradient) {
         const Mat3<S> axes = lift<S>(m.axes);
@@ -317,7 +317,7 @@ class Derivation::Pass {
     // Known impulses: their numbers, and their points.
     void add_blows(const S* x) {
         for (std::size_t i = 0; i < blows_.size(); ++i) {
-            const FramePairState<double>& m = d_.blow_pairs_[i];
+            const FramePairSlopes<double>& m = d_.blow_pairs_[i];
             S p[6];
             for (int k = 0; k < 6; ++k) p[k] = lift<S>(d_.given_.impulses[6 * i + k]);
             add_pair(m, p, twist_, nullptr, blows_[i]);
@@ -340,11 +340,8 @@ class Derivation::Pass {
         }
         const int k = d_.given_.inertia_of;
         if (k < 0) return;
-        const Mat3<double> own = mat3<double>(tree.model.bodies[k].turn);
-        const Vec3<double> across[3] = {
-            {own.x.x, own.y.x, own.z.x}, {own.x.y, own.y.y, own.z.y}, {own.x.z, own.y.z, own.z.z}};
-        const Mat3<double>& r = tree.rotation[k];
-        const Mat3<S> joint = lift<S>(Mat3<double>{r * across[0], r * across[1], r * across[2]});
+        const Mat3<S> joint =
+            lift<S>(tree.rotation[k] * transposed(mat3<double>(tree.model.bodies[k].turn)));
         const Spatial<S> change = lift<S>(changes[k]);
         const Vec3<S> a = back(joint, twist_[k].linear), w = back(joint, twist_[k].angular),
                       c = back(joint, change.linear), o = back(joint, change.angular);
@@ -398,7 +395,7 @@ class Derivation::Pass {
         for (int i = 0; i < n_; ++i) {
             if (d_.is_stop(i)) continue;
             const int entry = d_.given_.entries[i];
-            const FramePairState<double>& m = d_.given_.pairs[i];
+            const FramePairSlopes<double>& m = d_.given_.pairs[i];
             const Contact& contact = d_.scene_.contacts[entry];
             gradient_.distribute(m, contacts_[i]);
             if (contact.kind != Contact::point) continue;
@@ -441,7 +438,7 @@ void Derivation::find_wrenches(Stage& stage) const {
         std::vector<Spatial<double>>& to = stage.wrenches.back();
         for (std::size_t k = 1; k < to.size(); ++k)
             to[k] = negative(inertias_[k] * twists_[change][k]);
-        const auto add_pair = [&](const FramePairState<double>& m, const double* six) {
+        const auto add_pair = [&](const FramePairSlopes<double>& m, const double* six) {
             const Spatial<double> f{m.axes * Vec3<double>{six[0], six[1], six[2]},
                                     m.axes * Vec3<double>{six[3], six[4], six[5]}};
             tree.wrench_at(m.first, m.place, f, to);
@@ -538,7 +535,7 @@ void pull_back_blows(const Scene& scene, const Tree<S>& tree, const Inertia<S>* 
     }
     for (std::size_t i = 0; i < scene.blows.size(); ++i) {
         const Site& site = scene.blows[i].site;
-        const FramePairState<S> m = frame_pair_state(tree, pair_of(scene.blows[i]));
+        const FramePairSlopes<S> m(frame_pair_state(tree, pair_of(scene.blows[i])));
         const S* p = impulses + 6 * i;
         const Spatial<S> f{m.axes * Vec3<S>{p[0], p[1], p[2]}, m.axes * Vec3<S>{p[3], p[4], p[5]}};
         typename TreeGradient<S, S>::PairGradient pair_gradient;

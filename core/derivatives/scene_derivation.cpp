@@ -8,7 +8,7 @@ SceneDerivation::SceneDerivation(const Scene& scene, const ContactLaw& law,
       tree_(*scene.model),
       problem_(problem_of(scene, law, nullptr, impact, coefficients_)) {
     tree_.place(impact.q.data());
-    for (const StateRows::Point& point : impact.rows.points) entries_.push_back(point.entry);
+    for (const ContactFrame<double>& point : impact.rows.points) entries_.push_back(point.entry);
     Differentiated d;
     d.is_closed = find_frame_pair_states(scene, tree_, impact.rows, pairs_, derivation.contact);
     d.tree = &tree_;

@@ -24,7 +24,7 @@ class SceneDerivation {
     PointCoefficients coefficients_;
     ImpactProblem problem_;
     std::vector<int> entries_;
-    std::vector<FramePairState<double>> pairs_;
+    std::vector<FramePairSlopes<double>> pairs_;
 };
 
 }  // namespace impulsekit

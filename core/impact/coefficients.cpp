@@ -29,7 +29,7 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
            *torsion = rolling + turning, *ratio = torsion + turning;
     models_.resize(law.has_models && !mu ? n : 0);
     for (std::size_t i = 0; i < n; ++i) {
-        const StateRows::Point& point = rows.points[i];
+        const ContactFrame<double>& point = rows.points[i];
         const ContactCoefficients& own = law.contacts[point.entry];
         if (e) {
             restitution[i] = e[point.entry];

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "impact/impact.hpp"
-#include "scene/scene.hpp"
+#include "scene/contact_frame.hpp"
 
 namespace impulsekit {
 

@@ -81,19 +81,21 @@ void solve_scene(const Scene& scene, const ContactLaw& law, const double* restit
 
 void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
                        double* to) {
-    const StateRows::Point& own = rows.points[point];
+    const ContactFrame<double>& own = rows.points[point];
     if (scene.contacts[own.entry].kind == Contact::stop) {
         to[0] += own.sign * P[2];
         return;
     }
-    for (int j = 0; j < 3; ++j)
-        to[j] += own.axes[3 * j] * P[0] + own.axes[3 * j + 1] * P[1] + own.axes[3 * j + 2] * P[2];
+    const Vec3<double> world = own.axes * Vec3<double>{P[0], P[1], P[2]};
+    to[0] += world.x;
+    to[1] += world.y;
+    to[2] += world.z;
 }
 
 std::vector<double> contact_impulses(const Scene& scene, const SceneImpact& impact) {
     std::vector<double> found(3 * scene.contacts.size());
     if (!impact.is_solved()) return found;
-    const std::vector<StateRows::Point>& points = impact.rows.points;
+    const std::vector<ContactFrame<double>>& points = impact.rows.points;
     for (std::size_t i = 0; i < points.size(); ++i)
         add_world_impulse(scene, impact.rows, static_cast<int>(i),
                           impact.solution.contact.impulse.data() + 3 * i,

@@ -5,7 +5,6 @@
 
 #include "impact/coefficients.hpp"
 #include "impact/impact.hpp"
-#include "scene/scene.hpp"
 
 namespace impulsekit {
 

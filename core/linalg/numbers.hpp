@@ -227,6 +227,18 @@ Vec3<S> vec3(const double* a) {
     return {number<S>(a[0]), number<S>(a[1]), number<S>(a[2])};
 }
 
+// A vector of one of the states, and one set there.
+template <typename S>
+Vec3<double> lane_of(const Vec3<S>& a, int lane) {
+    return {Number<S>::get(a.x, lane), Number<S>::get(a.y, lane), Number<S>::get(a.z, lane)};
+}
+template <typename S>
+void set_lane(Vec3<S>& to, int lane, const Vec3<double>& a) {
+    Number<S>::set(to.x, lane, a.x);
+    Number<S>::set(to.y, lane, a.y);
+    Number<S>::set(to.z, lane, a.z);
+}
+
 // A rotation, or any matrix, by columns: the axes that it turns x, y, z into.
 template <typename S>
 struct Mat3 {
@@ -236,13 +248,27 @@ struct Mat3 {
     Mat3 operator*(const Mat3& b) const { return {*this * b.x, *this * b.y, *this * b.z}; }
 };
 
+template <typename S>
+Mat3<double> lane_of(const Mat3<S>& r, int lane) {
+    return {lane_of(r.x, lane), lane_of(r.y, lane), lane_of(r.z, lane)};
+}
+
+template <typename S>
+Mat3<S> transposed(const Mat3<S>& r) {
+    return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
+}
+
 // Rᵀ a.
 template <typename S>
 Vec3<S> back(const Mat3<S>& r, const Vec3<S>& a) {
     return {dot(r.x, a), dot(r.y, a), dot(r.z, a)};
 }
 
-// A matrix given row by row.
+// Entries row by row, and a matrix given so.
+inline void to_rows(const Mat3<double>& r, double* to) {
+    const double rows[9] = {r.x.x, r.y.x, r.z.x, r.x.y, r.y.y, r.z.y, r.x.z, r.y.z, r.z.z};
+    std::memcpy(to, rows, sizeof rows);
+}
 template <typename S>
 Mat3<S> mat3(const double* a) {
     return {{number<S>(a[0]), number<S>(a[3]), number<S>(a[6])},

@@ -4,17 +4,13 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "linalg/arena.hpp"
+#include "scene/constraint_rows.hpp"
 
 namespace impulsekit {
 namespace {
 
 // Points so near at the start [m] are closed for good: loops closed by hand are off by as much.
 constexpr double kClosed = 1e-6;
-
-Mat transposed(const Mat& r) {
-    return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
-}
 
 double entry(const Vec& a, int i) { return i == 0 ? a.x : i == 1 ? a.y : a.z; }
 
@@ -55,48 +51,13 @@ BilateralConstraints::BilateralConstraints(const Scene& scene, int entries,
 }
 
 void BilateralConstraints::fill_rows(const Tree<double>& tree, const double* q) {
-    const int nv = scene_->model->nv;
-    std::fill(A_.begin(), A_.end(), 0.0);
-    Arena::Scope scope(scratch());
-    double* given = scratch().allocate(scene_->function_rows * nv);
-    if (scene_->function_rows > 0) functions_.rows(q, given);
-    double* block = scratch().allocate(6 * nv);
-    for (int e = 0; e < entries_; ++e) {
-        const Held& held = scene_->held[e];
-        double* rows = A_.data() + held.row * nv;
-        if (held.kind == Held::pair) {
-            std::fill(block, block + 6 * nv, 0.0);
-            add_rows(tree, frame_pair_motion(tree, held.frames), block, block + 3 * nv);
-            for (int r = 0; r < held.count; ++r)
-                std::copy(block + held.select[r] * nv, block + (held.select[r] + 1) * nv,
-                          rows + r * nv);
-            const Vec place = place_of(tree, held.frames.first);
-            set_widening(held, block, tolerance::sums * (1.0 + std::sqrt(dot(place, place))));
-        }
-        for (const Held::Term& term : held.terms) rows[term.row * nv + term.v] += term.factor;
-        if (held.kind == Held::functions) {
-            std::copy(given, given + held.count * nv, rows);
-            given += held.count * nv;
-        }
-    }
-}
-
-// A vector is as long as its longest axis, held or not; of a shorter one only rounding is left.
-void BilateralConstraints::set_widening(const Held& held, const double* six, double least) {
-    const int nv = scene_->model->nv;
-    double squares[6] = {}, longest[2] = {}, own[2] = {};
-    for (int r = 0; r < 6; ++r) {
-        for (int i = 0; i < nv; ++i) squares[r] += six[r * nv + i] * six[r * nv + i];
-        longest[r / 3] = std::max(longest[r / 3], squares[r]);
-    }
-    for (int r = 0; r < held.count; ++r)
-        own[held.select[r] / 3] = std::max(own[held.select[r] / 3], squares[held.select[r]]);
-    for (int r = 0; r < held.count; ++r) {
-        const int vector = held.select[r] / 3;
-        wider_[held.row + r] = own[vector] > 0.0 ? std::sqrt(longest[vector] / own[vector]) : 1.0;
-        const double bar = vector == 0 ? least : tolerance::sums;
-        if (longest[vector] <= bar * bar) std::fill_n(A_.begin() + (held.row + r) * nv, nv, 0.0);
-    }
+    const Arena::Scope scope(scratch());
+    double* rows = scratch().allocate(scene_->function_rows * scene_->model->nv);
+    if (scene_->function_rows > 0) functions_.rows(q, rows);
+    GivenState given;
+    given.function_rows = rows;
+    bool has_line = true;
+    write_constraint_rows(*scene_, entries_, tree, &given, A_.data(), wider_.data(), &has_line);
 }
 
 void BilateralConstraints::fill(const Tree<double>& tree, const double* q, const double* v) {
@@ -192,7 +153,7 @@ void BilateralConstraints::drift_of_pair(const Tree<double>& tree, const Held& h
     const Pair& pair = held.frames;
     const Vec first = place_of(tree, pair.first), other = place_of(tree, pair.other);
     const Mat rotation = axes_of(tree, pair.first), other_rotation = axes_of(tree, pair.other);
-    const Mat axes = frame_pair_motion(tree, pair).axes;
+    const Mat axes = frame_pair_state(tree, pair).axes;
     Vec linear, angular;
     if (kept.linear == Kept::distance) {
         const Vec offset = first - other;

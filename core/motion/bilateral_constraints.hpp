@@ -4,8 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "motion/frame_pair_motion.hpp"
-#include "scene/scene.hpp"
+#include "scene/frame_pair.hpp"
 
 namespace impulsekit {
 
@@ -70,8 +69,6 @@ class BilateralConstraints {
     int entries_, rows_ = 0;
     std::vector<char> driven_places_, driven_speeds_;
     ConstraintFunctions functions_;
-    void set_widening(const Held& held, const double* six, double least);
-
     std::vector<double> A_, wider_, bias_, velocity_;
     std::vector<Kept> kept_;
 };

@@ -26,7 +26,7 @@ ImpactColumns::ImpactColumns(const Motion& motion) {
         const std::vector<double> own = contact_impulses(scene, solved);
         impulses.insert(impulses.end(), own.begin(), own.end());
         touching.resize(touching.size() + contacts);
-        for (const StateRows::Point& point : solved.rows.points)
+        for (const ContactFrame<double>& point : solved.rows.points)
             touching[touching.size() - contacts + point.entry] = 1;
     }
 }

@@ -19,8 +19,10 @@ constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e
 // they would hop some 1e-9 m and 5e-12 m high.
 constexpr double kSlowCorner = 2e-4, kSlowRise = 1e-5;
 
+// The axes of a body's joint, in which its shapes are given, and its origin.
 Placement placement_of(const Tree<double>& tree, int body) {
-    return {tree.rotation[body], tree.origin[body]};
+    return {tree.rotation[body] * transposed(mat3<double>(tree.model.bodies[body].turn)),
+            tree.origin[body]};
 }
 
 // R turned by a rotation vector.
@@ -46,9 +48,9 @@ Placement placement_after(const Tree<double>& tree, int body, double time) {
 
 double length_of(const Vec& a) { return std::sqrt(dot(a, a)); }
 
-double smaller_of(const Bodies& bodies) {
+double smaller_of(const Contact& contact) {
     double least = INFINITY;
-    for (const auto* own : {&bodies.first, &bodies.other}) {
+    for (const auto* own : {&contact.first, &contact.other}) {
         double reach = 0.0;
         for (const Shape& shape : *own) reach = std::max(reach, shape.reach);
         least = std::min(least, reach);
@@ -57,22 +59,22 @@ double smaller_of(const Bodies& bodies) {
 }
 
 // True if corners, ends of capsules or rims may touch, which lift each other in turn.
-bool has_ends(const Bodies& bodies) {
+bool has_ends(const Contact& contact) {
     const auto is_smooth = [](const Shape& s) {
         return s.kind == Shape::ball || s.kind == Shape::ellipsoid || s.kind == Shape::half_space;
     };
-    return !(std::all_of(bodies.first.begin(), bodies.first.end(), is_smooth) &&
-             std::all_of(bodies.other.begin(), bodies.other.end(), is_smooth));
+    return !(std::all_of(contact.first.begin(), contact.first.end(), is_smooth) &&
+             std::all_of(contact.other.begin(), contact.other.end(), is_smooth));
 }
 
 // An upper bound of the speed of a shape's points.
-double fastest(const Tree<double>& tree, int body, const Shape& shape, const Vec& other_place) {
-    const Spatial<double>& twist = tree.twist[body];
+double fastest(const Spatial<double>& twist, const Placement& at, const Shape& shape,
+               const Vec& other_place) {
     if (std::isinf(shape.reach)) {
         // The part of a half-space near the other body counts.
-        return length_of(twist_at(twist, other_place - tree.origin[body]).linear);
+        return length_of(twist_at(twist, other_place - at.origin).linear);
     }
-    const Vec centre = tree.rotation[body] * shape.centre;
+    const Vec centre = at.rotation * shape.centre;
     return length_of(twist_at(twist, centre).linear) + length_of(twist.angular) * shape.reach;
 }
 
@@ -115,9 +117,9 @@ double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double g
 
 }  // namespace
 
-ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
-                         GapFunctions functions, const std::vector<char>& conditional)
-    : scene_(&scene), law_(&law), bodies_(std::move(bodies)), functions_(std::move(functions)) {
+ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, GapFunctions functions,
+                         const std::vector<char>& conditional)
+    : scene_(&scene), law_(&law), functions_(std::move(functions)) {
     int function = 0;
     for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
         const Contact& contact = scene.contacts[i];
@@ -136,15 +138,15 @@ ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, std::vector<
             continue;
         }
         if (contact.kind == Contact::functions) gap.function = function++;
-        if (contact.kind == Contact::shapes || contact.kind == Contact::ball) {
-            bodies_[i].smaller = smaller_of(bodies_[i]);
+        if (gap.of_bodies()) {
+            gap.smaller = smaller_of(contact);
             for (int side : {1, 0})
-                if (is_pointed(side == 0 ? bodies_[i].first : bodies_[i].other, bodies_[i].reach))
-                    bodies_[i].pointed = side;
-            gap.capture = has_ends(bodies_[i]) ? kSlowCorner : kSlowRise;
+                if (is_pointed(side == 0 ? contact.first : contact.other, gap.reach))
+                    gap.pointed = side;
+            gap.capture = has_ends(contact) ? kSlowCorner : kSlowRise;
             gap.rests = kSlowRise;
-            gap.deepest = std::max(
-                std::min(kDeepestOfBodies, kDeepestOfRadius * bodies_[i].smaller), kAlways);
+            gap.deepest =
+                std::max(std::min(kDeepestOfBodies, kDeepestOfRadius * gap.smaller), kAlways);
         }
         gaps_.push_back(gap);
     }
@@ -156,7 +158,7 @@ bool ContactGaps::counts(const Gap& gap, const double* q, const double* v) const
 
 GapState ContactGaps::measure(const Tree<double>& tree, const Gap& gap, const double* q,
                               const double* v, const Ahead* ahead) const {
-    const Contact& contact = scene_->contacts[gap.entry];
+    const Contact& contact = contact_of(gap);
     GapState found;
     if (gap.kind == Contact::stop) {
         found.gap = gap.sign * (q[contact.q] - gap.limit);
@@ -184,11 +186,7 @@ GapState ContactGaps::measure(const Tree<double>& tree, const Gap& gap, const do
         found.rounding =
             tolerance::last_bits *
             std::max(length_of(b.place), length_of(place_of(tree, contact.frames.other)));
-        if (gap.kind == Contact::point) {
-            found.gap = dot(b.axes.z, b.place - place_of(tree, contact.frames.other));
-        } else {
-            found.gap = contact.limit - length_of(b.place - b.other_place);
-        }
+        found.gap = impulsekit::gap_of<double>(tree, contact, b);
         return found;
     }
     measure_bodies(tree, gap, ahead, found);
@@ -197,28 +195,29 @@ GapState ContactGaps::measure(const Tree<double>& tree, const Gap& gap, const do
 
 void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
                                  GapState& found) const {
-    const Bodies& bodies = bodies_[gap.entry];
-    const int a = bodies.first_body, b = bodies.other_body;
+    const Contact& contact = contact_of(gap);
+    const int a = contact.first_body(), b = contact.other_body();
     const Placement pa = placement_of(tree, a), pb = placement_of(tree, b);
     found.gap = INFINITY;
     found.rounding =
-        tolerance::last_bits * (length_of(pa.origin) + length_of(pb.origin) + bodies.smaller);
+        tolerance::last_bits * (length_of(pa.origin) + length_of(pb.origin) + gap.smaller);
     found.turning = std::max(length_of(tree.twist[a].angular), length_of(tree.twist[b].angular));
-    const bool is_first = bodies.pointed == 0;
-    if (bodies.pointed >= 0) {
+    const bool is_first = gap.pointed == 0;
+    if (gap.pointed >= 0) {
         const int own = is_first ? a : b, other = is_first ? b : a;
-        const Mat& frame = tree.rotation[other];
+        const Mat& frame = is_first ? pb.rotation : pa.rotation;
         const Spatial<double>& twist = tree.twist[own];
         const Vec across = tree.origin[own] - tree.origin[other];
         found.velocity = back(frame, twist.linear - twist_at(tree.twist[other], across).linear);
         found.spin = back(frame, twist.angular - tree.twist[other].angular);
     }
-    double free = ahead && bodies.pointed >= 0 ? INFINITY : 0.0;
-    for (const Shape& one : bodies.first)
-        for (const Shape& two : bodies.other) {
+    double free = ahead && gap.pointed >= 0 ? INFINITY : 0.0;
+    for (const Shape& one : contact.first)
+        for (const Shape& two : contact.other) {
             const Vec centre = std::isinf(one.reach) ? pb.origin + pb.rotation * two.centre
                                                      : pa.origin + pa.rotation * one.centre;
-            const double bound = fastest(tree, a, one, centre) + fastest(tree, b, two, centre);
+            const double bound =
+                fastest(tree.twist[a], pa, one, centre) + fastest(tree.twist[b], pb, two, centre);
             found.bound = std::max(found.bound, bound);
             if (std::isfinite(one.reach) && std::isfinite(two.reach)) {
                 const double far = 0.1 * std::min(one.reach, two.reach);
@@ -254,8 +253,7 @@ void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const
 
 double ContactGaps::acceleration(const Gap& gap, const GapState& one, const GapState& two,
                                  double apart) const {
-    const double reach = bodies_[gap.entry].reach,
-                 spin = std::max(length_of(one.spin), length_of(two.spin));
+    const double reach = gap.reach, spin = std::max(length_of(one.spin), length_of(two.spin));
     return 2.0 *
            ((length_of(two.velocity - one.velocity) + length_of(two.spin - one.spin) * reach) /
                 apart +
@@ -266,14 +264,14 @@ double ContactGaps::gap_of(const Tree<double>& tree, const RestingContact& point
                            double* inside) const {
     const Gap& gap = gaps_[point.gap];
     if (inside) *inside = INFINITY;
-    if (gap.kind != Contact::shapes && gap.kind != Contact::ball) {
+    if (!gap.of_bodies()) {
         Arena::Scope scope(scratch());
         const double* still = scratch().allocate(scene_->model->nv);
         return measure(tree, gap, q, still).gap;
     }
-    const Bodies& bodies = bodies_[gap.entry];
-    return follow(point.feature, bodies.first, placement_of(tree, bodies.first_body), bodies.other,
-                  placement_of(tree, bodies.other_body), inside)
+    const Contact& contact = contact_of(gap);
+    return follow(point.feature, contact.first, placement_of(tree, contact.first_body()),
+                  contact.other, placement_of(tree, contact.other_body()), inside)
         .gap;
 }
 
@@ -281,14 +279,14 @@ void ContactGaps::find_points(const Tree<double>& tree, int gap, double margin,
                               std::vector<RestingContact>& found) const {
     RestingContact point;
     point.gap = gap;
-    if (gaps_[gap].kind != Contact::shapes && gaps_[gap].kind != Contact::ball) {
+    if (!gaps_[gap].of_bodies()) {
         found.push_back(point);
         return;
     }
-    const Bodies& bodies = bodies_[gaps_[gap].entry];
+    const Contact& contact = contact_of(gaps_[gap]);
     std::vector<ContactPoint> points;
-    impulsekit::contact_points(bodies.first, placement_of(tree, bodies.first_body), bodies.other,
-                               placement_of(tree, bodies.other_body), margin, points);
+    contact_points(contact.first, placement_of(tree, contact.first_body()), contact.other,
+                   placement_of(tree, contact.other_body()), margin, points);
     for (const ContactPoint& own : points) {
         point.feature = own.feature;
         found.push_back(point);
@@ -303,11 +301,10 @@ void ContactGaps::scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axe
     if (!is_elliptic(entry)) return;
     const Contact& contact = scene_->contacts[entry];
     const Friction& friction = law_->contacts[entry].model;
-    const Vec along = tree.rotation[contact.ellipse_body] * vec3<double>(contact.along);
-    const double a = dot(axes.x, along), b = dot(axes.y, along), length = std::hypot(a, b);
-    if (!(length > kAlongNormal)) return;
-    const Vec first = (axes.x * a + axes.y * b) * (friction.first / length),
-              second = (axes.y * a - axes.x * b) * (friction.second / length);
+    double axis[2];
+    if (!ellipse_axis(contact, tree.rotation[contact.ellipse_body], axes, axis)) return;
+    const Vec first = (axes.x * axis[0] + axes.y * axis[1]) * friction.first,
+              second = (axes.y * axis[0] - axes.x * axis[1]) * friction.second;
     axes.x = first;
     axes.y = second;
 }
@@ -337,21 +334,21 @@ void follow_on_face(const Tree<double>& tree, const ContactPoint& here, double r
 FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
                                             const RestingContact& point) const {
     const Gap& gap = gaps_[point.gap];
-    const Bodies& bodies = bodies_[gap.entry];
+    const Contact& contact = contact_of(gap);
     FramePairMotion b;
-    b.first = bodies.first_body;
-    b.other = bodies.other_body;
+    b.first = contact.first_body();
+    b.other = contact.other_body();
     const auto at = [&](double time) {
-        return follow(point.feature, bodies.first, placement_after(tree, b.first, time),
-                      bodies.other, placement_after(tree, b.other, time), nullptr);
+        return follow(point.feature, contact.first, placement_after(tree, b.first, time),
+                      contact.other, placement_after(tree, b.other, time), nullptr);
     };
     const ContactPoint here = at(0.0);
-    b.place = b.other_place = here.point;
+    set_coincident<double>(tree, here.point, here.point - tree.origin[b.first], b);
     b.axes = contact_axes(here.normal);
     const Vec spin = tree.twist[b.other].angular;
     const Feature& feature = point.feature;
     const bool is_first = feature.index[0] == 0;
-    const Shape& own = is_first ? bodies.first[feature.piece[0]] : bodies.other[feature.piece[1]];
+    const Shape& own = is_first ? contact.first[feature.piece[0]] : contact.other[feature.piece[1]];
     if (is_fixed_on_face(feature, own)) {
         const double radius = feature.kind == Feature::spot_on_face ? 0.0 : own.radius;
         Vec change;
@@ -365,7 +362,7 @@ FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
         std::max({length_of(tree.twist[b.first].angular), length_of(tree.twist[b.other].angular),
                   length_of(velocity_at(tree, b.first, here.point) -
                             velocity_at(tree, b.other, here.point)) /
-                      bodies.smaller});
+                      gap.smaller});
     b.wanders = velocity_at(tree, b.other, here.point);
     b.turns = b.axes.z * dot(b.axes.z, spin);
     if (!(speed > 0.0)) return b;
@@ -381,9 +378,8 @@ FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
 
 FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact& point) const {
     const Gap& gap = gaps_[point.gap];
-    FramePairMotion b = gap.kind == Contact::shapes || gap.kind == Contact::ball
-                            ? spot_of_bodies(tree, point)
-                            : frame_pair_motion(tree, scene_->contacts[gap.entry].frames);
+    FramePairMotion b = gap.of_bodies() ? spot_of_bodies(tree, point)
+                                        : frame_pair_motion(tree, contact_of(gap).frames);
     scale_to_ellipse(tree, gap.entry, b.axes);
     return b;
 }
@@ -410,7 +406,7 @@ void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, co
     }
     if (turning) std::fill(turning, turning + 3 * nv, 0.0);
     const FramePairMotion b = spot(tree, point);
-    add_rows(tree, b, J, turning);
+    add_rows<double>(tree, b, J, turning);
     if (bias) {
         const Spatial<double> rate = relative_rate(tree, b);
         bias[0] = rate.linear.x, bias[1] = rate.linear.y, bias[2] = rate.linear.z;

@@ -7,8 +7,7 @@
 
 #include "geometry/shapes.hpp"
 #include "impact/coefficients.hpp"
-#include "motion/frame_pair_motion.hpp"
-#include "scene/scene.hpp"
+#include "scene/contact_frame.hpp"
 
 namespace impulsekit {
 
@@ -41,17 +40,13 @@ struct Gap {
     double rests = 0.0;    // points that part more slowly rest [m/s]
     double deepest = 0.0;  // an overlap above this is no motion that is right [m]
     bool turns = false, has_condition = false;
-};
-
-// Both bodies of a collision.
-struct Bodies {
-    std::vector<Shape> first, other;
-    int first_body = 0, other_body = 0;
-    double smaller = 0.0;  // radius of a ball around the smaller one [m]
-    // The body of points alone, with a radius around them: 0, 1 or neither (−1); how far it
-    // reaches.
+    // Of bodies: the radius of a ball around the smaller one [m]; which of them consists of points
+    // alone, with a radius around them: 0, 1 or neither (−1); how far that reaches [m].
+    double smaller = 0.0;
     int pointed = -1;
     double reach = 0.0;
+
+    bool of_bodies() const { return kind == Contact::shapes || kind == Contact::ball; }
 };
 
 struct GapFunctions {
@@ -88,11 +83,10 @@ struct RestRows {
 
 class ContactGaps {
   public:
-    ContactGaps(const Scene& scene, const ContactLaw& law, std::vector<Bodies> bodies,
-                GapFunctions functions, const std::vector<char>& conditional);
+    ContactGaps(const Scene& scene, const ContactLaw& law, GapFunctions functions,
+                const std::vector<char>& conditional);
 
     const std::vector<Gap>& gaps() const { return gaps_; }
-    const Bodies& bodies_of(const Gap& gap) const { return bodies_[gap.entry]; }
     bool counts(const Gap& gap, const double* q, const double* v) const;
 
     // A gap; the tree with places and twists.
@@ -125,10 +119,10 @@ class ContactGaps {
                         GapState& found) const;
     FramePairMotion spot_of_bodies(const Tree<double>& tree, const RestingContact& point) const;
     void scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const;
+    const Contact& contact_of(const Gap& gap) const { return scene_->contacts[gap.entry]; }
 
     const Scene* scene_;
     const ContactLaw* law_;
-    std::vector<Bodies> bodies_;
     GapFunctions functions_;
     std::vector<Gap> gaps_;
 };

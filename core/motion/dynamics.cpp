@@ -33,7 +33,7 @@ Dynamics::Dynamics(const MotionScene& own)
     : scene(own),
       tree(*own.scene.model),
       constraints(own.scene, own.entries, own.driven_places, own.driven_speeds, own.constraints),
-      contact_gaps(own.scene, own.law, own.bodies, own.contact_gaps, own.conditional),
+      contact_gaps(own.scene, own.law, own.contact_gaps, own.conditional),
       kinks(own.forces) {
     const int nv = own.scene.model->nv;
     M_.resize(nv * nv);

@@ -44,7 +44,6 @@ struct MotionScene {
     std::vector<char> driven_places, driven_speeds;
     ConstraintFunctions constraints;
     GapFunctions contact_gaps;
-    std::vector<Bodies> bodies;     // (contacts)
     std::vector<double> pulls;      // (contacts) force that holds it to what it touches [N]
     std::vector<char> conditional;  // (contacts)
     std::vector<DryJoint> dry;

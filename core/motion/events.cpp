@@ -124,8 +124,7 @@ GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
 }
 
 double Motion::first_closing(const Step& step, int gap, double until, double& unsure) {
-    const Contact::Kind kind = dynamics_.contact_gaps.gaps()[gap].kind;
-    const bool smooth = kind != Contact::shapes && kind != Contact::ball;
+    const bool smooth = !dynamics_.contact_gaps.gaps()[gap].of_bodies();
     Ahead ahead{0.0, INFINITY};
     return first_zero(
         step, until, smooth, [&](double at) { return gap_at(step, gap, at, &ahead); },
@@ -288,9 +287,7 @@ Motion::Event Motion::first_event(const Step& step) {
     std::vector<char> rests(gaps, 0);
     for (const RestingContact& point : rest_.points) rests[point.gap] = 1;
     for (std::size_t i = 0; i < gaps; ++i) {
-        const Contact::Kind kind = dynamics_.contact_gaps.gaps()[i].kind;
-        const bool of_bodies = kind == Contact::shapes || kind == Contact::ball;
-        if (rests[i] && !of_bodies) continue;
+        if (rests[i] && !dynamics_.contact_gaps.gaps()[i].of_bodies()) continue;
         double unsure = INFINITY;
         const int gap = static_cast<int>(i);
         const double at = rests[i] ? first_elsewhere(step, gap, event.t)

@@ -38,9 +38,9 @@ ForcesAt ForcesOfMotion::at(double t, const double* q, const double* v, RestingS
         const FramePairMotion b =
             has_place ? dynamics_.contact_gaps.spot(dynamics_.tree, point) : FramePairMotion();
         const Vec place = dynamics_.tree.world_place(b.place);
-        found.axes.insert(found.axes.end(),
-                          {b.axes.x.x, b.axes.y.x, b.axes.z.x, b.axes.x.y, b.axes.y.y, b.axes.z.y,
-                           b.axes.x.z, b.axes.y.z, b.axes.z.z});
+        double axes[9];
+        to_rows(b.axes, axes);
+        found.axes.insert(found.axes.end(), axes, axes + 9);
         found.places.insert(found.places.end(), {place.x, place.y, place.z});
     }
     return found;

@@ -158,8 +158,7 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
                      pull = sum_of(own.data() + 2 * nv(), rate_.data() + nq(), nv()) + bias[2];
         if (!(pull < 0.0 && speed > 0.0)) continue;
         const double duration = -2.0 * speed / pull, height = -0.5 * speed * speed / pull;
-        const bool is_told = gap.kind != Contact::shapes && gap.kind != Contact::ball &&
-                             gap.kind != Contact::functions;
+        const bool is_told = !gap.of_bodies() && gap.kind != Contact::functions;
         double size = std::abs(gap.limit);
         if (gap.kind == Contact::point || gap.kind == Contact::rope) {
             const Vec place = dynamics_.tree.world_place(

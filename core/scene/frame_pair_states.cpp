@@ -5,7 +5,7 @@ namespace {
 
 // A ball of which the centre stands where `m.centre` says, at a shape with these axes and place.
 void set_ball_contact(const Ball& ball, const Mat3<double>& axes, const Vec3<double>& at,
-                      bool is_first, FramePairState<double>& m) {
+                      bool is_first, FramePairSlopes<double>& m) {
     using Number4 = Dual<4>;
     const Vec3<double> local = back(axes, m.centre - at);
     Vec3<Number4> centre{{local.x, {1.0}}, {local.y, {0.0, 1.0}}, {local.z, {0.0, 0.0, 1.0}}};
@@ -18,10 +18,7 @@ void set_ball_contact(const Ball& ball, const Mat3<double>& axes, const Vec3<dou
         for (int d = 0; d < 3; ++d)
             columns[d] = axes * Vec3<double>{a.x.slope[d], a.y.slope[d], a.z.slope[d]} * factor;
         const Mat3<double> by_local{columns[0], columns[1], columns[2]};
-        const Mat3<double> across{{axes.x.x, axes.y.x, axes.z.x},
-                                  {axes.x.y, axes.y.y, axes.z.y},
-                                  {axes.x.z, axes.y.z, axes.z.z}};
-        return by_local * across;
+        return by_local * transposed(axes);
     };
     m.point_by_centre = in_world(point, 1.0);
     m.normal_by_centre = in_world(normal, sign);
@@ -30,7 +27,7 @@ void set_ball_contact(const Ball& ball, const Mat3<double>& axes, const Vec3<dou
 // Bodies of any shapes: known in closed form are a ball's, corner's or capsule's end on a flat
 // face, and two balls.
 bool set_feature_contact(const Contact& contact, const Feature& feature, const Placement& first,
-                         const Placement& other, FramePairState<double>& m) {
+                         const Placement& other, FramePairSlopes<double>& m) {
     const Shape* shapes[2] = {&contact.first[feature.piece[0]], &contact.other[feature.piece[1]]};
     const Placement* places[2] = {&first, &other};
     const bool on_face =
@@ -59,34 +56,23 @@ bool set_feature_contact(const Contact& contact, const Feature& feature, const P
 }  // namespace
 
 bool find_frame_pair_states(const Scene& scene, const Tree<double>& tree, const StateRows& rows,
-                            std::vector<FramePairState<double>>& found, int& entry) {
+                            std::vector<FramePairSlopes<double>>& found, int& entry) {
     const auto placement = [&](const Site& site) {
-        return Placement{tree.rotation[site.body] * mat3<double>(site.axes),
-                         Rows<double>::place_of(tree, site)};
+        return Placement{axes_of(tree, site), place_of(tree, site)};
     };
     found.clear();
     bool is_closed = true;
-    for (const StateRows::Point& point : rows.points) {
+    for (const ContactFrame<double>& point : rows.points) {
         const Contact& contact = scene.contacts[point.entry];
-        FramePairState<double> m;
-        m.first = point.first;
-        m.other = point.other;
-        m.place = point.end;
-        m.other_place = point.other_end;
-        const double* a = point.axes;
-        m.axes = {{a[0], a[3], a[6]}, {a[1], a[4], a[7]}, {a[2], a[5], a[8]}};
-        m.carrier = contact.kind == Contact::rope    ? Carrier::line
-                    : contact.kind == Contact::point ? contact.frames.carrier
-                                                     : Carrier::world;
-        m.coincides = contact.kind != Contact::rope;
+        FramePairSlopes<double> m(point);
         if (contact.kind == Contact::ball) {
             const Placement shape = placement(contact.frames.other);
-            m.centre = Rows<double>::place_of(tree, contact.frames.first);
+            m.centre = place_of(tree, contact.frames.first);
             set_ball_contact(contact.shape, shape.rotation, shape.origin, contact.shape.sign > 0.0,
                              m);
         } else if (contact.kind == Contact::shapes) {
             const bool own =
-                set_feature_contact(contact, point.feature, placement(contact.frames.first),
+                set_feature_contact(contact, point.feature[0], placement(contact.frames.first),
                                     placement(contact.frames.other), m);
             if (!own && is_closed) entry = point.entry;
             is_closed = is_closed && own;

@@ -1,8 +1,6 @@
 // Vectors given in the axes of joints, in those of their bodies, which may be others.
 #pragma once
 
-#include <vector>
-
 #include "scene/scene.hpp"
 
 namespace impulsekit {
@@ -11,6 +9,5 @@ namespace impulsekit {
 void to_body(const Model& model, int body, double* vector);
 Site in_body_axes(const Model& model, const Site& given);
 Load in_body_axes(const Model& model, const Load& given);
-std::vector<Shape> in_body_axes(const Model& model, int body, std::vector<Shape> shapes);
 
 }  // namespace impulsekit

@@ -79,6 +79,10 @@ struct Contact {
     bool turns = false;               // whether it resists turning
     int ellipse_body = -1;  // body that is touched, where friction is elliptic, and the direction
     double along[3] = {};   // of its first axis in that body
+
+    // The bodies in the order of the entry: of a ball's pair the shape may come first.
+    int first_body() const { return (shape.sign < 0.0 ? frames.other : frames.first).body; }
+    int other_body() const { return (shape.sign < 0.0 ? frames.first : frames.other).body; }
 };
 
 // A known impulse on a body, six numbers: in the world's axes, or in those of its frame.
@@ -122,28 +126,6 @@ struct GivenState {
     // By contact of bodies the points that take part, where they are known by name; null for all
     // within the margin.
     const std::vector<std::pair<int, Feature>>* features = nullptr;
-};
-
-// The rows of one state, of those points alone that touch, as a law of contact takes them.
-struct StateRows {
-    struct Point {
-        int entry = 0, first = 0, other = 0;  // bodies; both 0 for a stop or functions
-        bool of_bodies = false;
-        double axes[9], place[3], gap = 0.0;  // axes row by row: columns t₁, t₂, n
-        double ellipse[2] = {1.0, 0.0};       // first axis of elliptic friction in the tangents
-        Vec3<double> end, other_end;          // both ends where the tree has its places
-        Feature feature;                      // of bodies of any shapes
-        double sign = 1.0;                    // of a stop: −1 at its upper limit
-    };
-    std::vector<double> A, target;  // (rows, nv), (rows)
-    // (rows) length of the whole vector over that of its longest axis among the rows.
-    std::vector<double> wider;
-    std::vector<int> yielded;  // rows of controls that give way to their stops
-    std::vector<double> J;     // (3 (points + turning), nv)
-    std::vector<Point> points;
-    std::vector<int> turning_of;                  // the points that resist turning
-    std::vector<int> contact_frame_of;            // (points) the touch that each is
-    int without_line = -1, without_ellipse = -1;  // an entry that has no direction here, or −1
 };
 
 // A joint this near its limit, relative to its size, is at it; a rope of its length is taut.

@@ -10,8 +10,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "scene/scene.hpp"
-#include "spatial/tree.hpp"
+#include "scene/frame_pair.hpp"
 
 namespace impulsekit {
 
@@ -42,19 +41,15 @@ Spatial<S> turning(const Spatial<S>& t, const Spatial<S>& f) {
     return {cross(t.angular, f.linear), cross(t.angular, f.angular) + cross(t.linear, f.linear)};
 }
 
-// A pair of frames at a state: see the conventions of rows in scene.hpp. Both bodies 0 of a stop.
+// A frame pair and, for a ball's contact, which of the two it is (1, −1; 0 where none is), its
+// centre, and how point and normal move with that.
 template <typename G>
-struct FramePairState {
-    int first = 0, other = 0;
-    Vec3<G> place, other_place;
-    Mat3<G> axes;
-    bool coincides = true;
-    Carrier carrier = Carrier::world;
-    // For a ball's contact: which of the two it is (1, −1; 0 where none is), its centre, and how
-    // point and normal move with it.
+struct FramePairSlopes : FramePairState<G> {
     int ball = 0;
     Vec3<G> centre;
     Mat3<G> point_by_centre, normal_by_centre;
+
+    FramePairSlopes(const FramePairState<G>& pair) : FramePairState<G>(pair) {}
 };
 
 template <typename G, typename S>
@@ -113,7 +108,7 @@ class TreeGradient {
     // The form f·u + m·ω of a pair with twists of its bodies; f, m (world axes, at the point) is
     // the wrench on the first body, which the caller adds to those that meet the twists.
     template <typename T>
-    void add_form(const FramePairState<G>& m, const Spatial<S>& force,
+    void add_form(const FramePairSlopes<G>& m, const Spatial<S>& force,
                   const std::vector<Spatial<T>>& twist, PairGradient& pair) {
         const Spatial<S> a = lift<S>(twist[m.first]), b = lift<S>(twist[m.other]);
         const Vec3<S>& f = force.linear;
@@ -134,7 +129,7 @@ class TreeGradient {
     }
 
     // Add the torque and pull of a pair to the bodies that carry it.
-    void distribute(const FramePairState<G>& m, const PairGradient& pair) {
+    void distribute(const FramePairSlopes<G>& m, const PairGradient& pair) {
         const Vec3<S> torque = pair.torque + pair.alone, along = cross(torque, lift<S>(m.axes.z));
         if (m.ball != 0) {
             const int ball = m.ball > 0 ? m.first : m.other, shape = m.ball > 0 ? m.other : m.first;
@@ -156,7 +151,7 @@ class TreeGradient {
     }
 
     // Relative velocity and angular velocity of a pair.
-    Spatial<S> relative_twist(const FramePairState<G>& m, const Twists& twist) const {
+    Spatial<S> relative_twist(const FramePairSlopes<G>& m, const Twists& twist) const {
         const Spatial<S>&a = twist[m.first], &b = twist[m.other];
         return {at(a, m.first, m.place) - at(b, m.other, m.other_place), a.angular - b.angular};
     }

@@ -370,38 +370,4 @@ struct Tree {
     }
 };
 
-// Call add(slot, velocity, spin) for the share of every slot in w = v − v' and ω − ω' of two
-// points. `coincides`: the other's is the point of its body that the first's coincides with. Of a
-// body that carries both points only their distance tells.
-template <typename S, typename Add>
-void for_slots_between(const Tree<S>& tree, int first, int other, const Vec3<S>& place,
-                       const Vec3<S>& other_place, bool coincides, Add add) {
-    const std::vector<Body>& bodies = tree.model.bodies;
-    const Vec3<S> between = place - other_place;
-    const auto each = [&](int body, auto use) {
-        for (int a = bodies[body].slot; a < bodies[body].slot + bodies[body].freedoms; ++a)
-            use(a, tree.column[a]);
-    };
-    while (first > 0 || other > 0) {
-        if (first == other) {
-            if (coincides) return;
-            each(first,
-                 [&](int a, const Spatial<S>& c) { add(a, cross(c.angular, between), Vec3<S>{}); });
-            first = other = bodies[first].parent;
-        } else if (first > other) {
-            const Vec3<S> arm = place - tree.origin[first];
-            each(first, [&](int a, const Spatial<S>& c) {
-                add(a, c.linear + cross(c.angular, arm), c.angular);
-            });
-            first = bodies[first].parent;
-        } else {
-            const Vec3<S> arm = other_place - tree.origin[other];
-            each(other, [&](int a, const Spatial<S>& c) {
-                add(a, -(c.linear + cross(c.angular, arm)), -c.angular);
-            });
-            other = bodies[other].parent;
-        }
-    }
-}
-
 }  // namespace impulsekit

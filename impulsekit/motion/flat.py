@@ -18,7 +18,6 @@ from ..rows.entries import Site
 from ..scene import (
     Actuator,
     AppliedForce,
-    Collision,
     Driven,
     JointFriction,
     JointSpring,
@@ -234,12 +233,6 @@ def _touch(scene: Scene, flat: FlatScene, core: MotionScene) -> None:
         counts=(lambda i, q, v: _counts(conditions, i, q, v)) if conditions else None,
         conditional=list(conditions),
     )
-    for i, entry in enumerate(scene.contacts):
-        if isinstance(entry, Collision):
-            from ..rows.bodies import bodies_of
-
-            own = bodies_of(scene.robot, entry)
-            core.set_bodies(i, own.first.shapes, own.other.shapes)
     pulls = [float(getattr(entry, "holding_force", 0.0) or 0.0) for entry in scene.contacts]
     if any(pulls):
         core.set_pulls(pulls)

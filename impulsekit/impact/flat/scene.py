@@ -328,10 +328,10 @@ class Flattening:
         both = bodies.first, bodies.other
         ball = _ball_of(pieces) if len(ids[0]) == len(ids[1]) == 1 else None
         contact = CoreContact(limit=bodies.margin, turns=turns(entry))
+        contact.first, contact.other = (body.shapes for body in both)
         if ball is None:
             sites = [CoreSite(body=self._model.bodies[body.joint_id]) for body in both]
             contact.kind = ContactKind.shapes
-            contact.first, contact.other = (body.shapes for body in both)
             self._shaped.append(index)
         else:
             sites = [
