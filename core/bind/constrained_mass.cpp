@@ -18,7 +18,7 @@ struct OwnConstrainedMass {
     std::vector<double> A, wider;
     std::vector<int> vectors;
     int nv = 0;
-    std::unique_ptr<ConstrainedMass> held;
+    ConstrainedMass held;
 };
 
 // Responses to unit impulses on rows of points.
@@ -41,28 +41,27 @@ OwnConstrainedMass* made(const Array& M, const std::vector<int>& parent, const A
         const double* given = data_of(*wider, m, "wider");
         own->wider.assign(given, given + m);
     }
-    own->held = std::make_unique<ConstrainedMass>(
-        data_of(M, nv * nv, "M"), parent.data(), own->nv,
-        ConstraintRows{static_cast<int>(m), own->A.data(), own->vectors.data(),
-                       wider ? own->wider.data() : nullptr});
+    own->held.factor(data_of(M, nv * nv, "M"), parent.data(), own->nv,
+                     {static_cast<int>(m), own->A.data(), own->vectors.data(),
+                      wider ? own->wider.data() : nullptr});
     return own.release();
 }
 
 // Half-solved vectors (k, nv).
 std::vector<double> half_of(const OwnConstrainedMass& own, const Array& given) {
-    if (own.held->weak() >= 0) throw nb::value_error("M is singular");
+    if (own.held.weak() >= 0) throw nb::value_error("M is singular");
     if (own.nv == 0 ? given.size() != 0 : given.size() % own.nv != 0)
         throw nb::value_error("vectors: must have as many entries as M has degrees of freedom");
     std::vector<double> x(given.data(), given.data() + given.size());
-    for (std::size_t at = 0; at < x.size(); at += own.nv) own.held->mass().half(x.data() + at);
+    for (std::size_t at = 0; at < x.size(); at += own.nv) own.held.mass().half(x.data() + at);
     return x;
 }
 
 Responses respond(const OwnConstrainedMass& own, const Array& points) {
     const std::vector<double> half = half_of(own, points);
     Responses found;
-    own.held->respond(points.data(), static_cast<int>(half.size()) / std::max(own.nv, 1),
-                      found.velocity_changes, found.multipliers, found.W);
+    own.held.respond(points.data(), static_cast<int>(half.size()) / std::max(own.nv, 1),
+                     found.velocity_changes, found.multipliers, found.W);
     return found;
 }
 
@@ -81,7 +80,7 @@ void bind_constrained_mass(nb::module_& module) {
                   "M under bilateral rows, factored; vectors row by row.")
         .def(nb::new_(&made), nb::arg("M"), nb::arg("parent"), nb::arg("A"), nb::arg("vectors"),
              nb::arg("wider").none())
-        .def_prop_ro("weak", [](const H& h) { return h.held->weak(); })
+        .def_prop_ro("weak", [](const H& h) { return h.held.weak(); })
         .def(
             "half", [](const H& h, const Array& x) { return array_of(half_of(h, x)); },
             nb::arg("x"), kCopy, "Return half-solved vectors (k, nv): C with A M⁻¹ Aᵀ = Cᵀ C.")
@@ -89,8 +88,8 @@ void bind_constrained_mass(nb::module_& module) {
             "project_out",
             [](const H& h, const Array& x) {
                 std::vector<double> half = half_of(h, x);
-                for (std::size_t at = 0; at < half.size() && h.held->rows(); at += h.nv)
-                    h.held->rows()->project_out(half.data() + at);
+                for (std::size_t at = 0; at < half.size() && !h.vectors.empty(); at += h.nv)
+                    h.held.rows().project_out(half.data() + at);
                 return array_of(half);
             },
             nb::arg("x"), kCopy, "Return half-solved vectors (k, nv) less what the rows hold.")

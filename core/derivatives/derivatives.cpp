@@ -110,8 +110,8 @@ void Derivation::set(const Differentiated& given) {
             refuse(Unavailable::functions);
     if (!given.is_closed) refuse(Unavailable::no_closed_form);
     if (unavailable == Unavailable::none) {
-        held_.emplace(p.M, p.parent, nv_, ConstraintRows{m_, p.A, p.vectors, p.wider});
-        if (held_->weak() >= 0) refuse(Unavailable::singular);
+        if (!mass_.factor(p.M, p.parent, nv_, {m_, p.A, p.vectors, p.wider}))
+            refuse(Unavailable::singular);
     }
     if (unavailable != Unavailable::none) {
         existence = Existence::not_available;
@@ -150,15 +150,15 @@ void Derivation::find_responses() {
     W_.resize(rows * rows);
     for (int r = 0; r < rows; ++r) {
         std::copy(row(r), row(r) + nv_, response_.data() + r * nv_);
-        held_->mass().solve(response_.data() + r * nv_);
+        mass_.mass().solve(response_.data() + r * nv_);
         for (int j = 0; j <= r; ++j)
             W_[r * rows + j] = W_[j * rows + r] = dot(row(j), response_.data() + r * nv_, nv_);
     }
-    filling_.assign(held_->is_filled() ? m_ * nv_ : 0, 0.0);
+    filling_.assign(mass_.is_filled() ? m_ * nv_ : 0, 0.0);
     for (std::size_t r = 0; r * nv_ < filling_.size(); ++r) {
         std::vector<double> unit(m_, 0.0);
         unit[r] = 1.0;
-        held_->fill(unit.data(), filling_.data() + r * nv_);
+        mass_.fill(unit.data(), filling_.data() + r * nv_);
     }
 }
 
@@ -191,7 +191,7 @@ void Derivation::find_coefficients() {
     for (int i = 0; i < nv_; ++i) after[i] += given_.solution->dv[i];
     if (p.impulse) {
         blown.assign(p.impulse, p.impulse + nv_);
-        held_->mass().solve(blown.data());
+        mass_.mass().solve(blown.data());
     }
     const double* speeds[] = {p.v, after.data(), blown.data()};
     scale_ = 0.0;
@@ -279,7 +279,7 @@ void Derivation::compress() {
 void Derivation::follow_hits(bool along_path) {
     const ImpactSolution& s = *given_.solution;
     const int rows = 3 * n_;
-    held_->respond(given_.problem->J, rows, free_response_, free_multipliers_, free_W_);
+    mass_.respond(given_.problem->J, rows, free_response_, free_multipliers_, free_W_);
     std::vector<double> free = velocities_[1];
     for (int r = 0; r < rows; ++r)
         for (int i = 0; i < nv_; ++i) free[i] -= s.contact.impulse[r] * free_response_[r * nv_ + i];
@@ -549,7 +549,7 @@ void Derivation::solve_system(Stage& stage) {
     std::vector<double> W(count * count);
     for (int i = 0; i < count; ++i)
         for (int j = 0; j < count; ++j) W[i * count + j] = W_[stage.rows[i] * all + stage.rows[j]];
-    if (is_shared_ && !held_->is_filled()) share_evenly(stage, W);
+    if (is_shared_ && !mass_.is_filled()) share_evenly(stage, W);
     double most = tolerance::tiny;
     for (int i = 0; i < count; ++i) most = std::max(most, W[i * (count + 1)]);
     stage.null.assign(count, 0);
@@ -615,8 +615,8 @@ void Derivation::share_evenly(Stage& stage, std::vector<double>& W) {
         own.resize(k * k);
         std::vector<double> half = points;
         for (int i = 0; i < k; ++i) {
-            held_->mass().half(half.data() + i * nv_);
-            if (m_ > 0) held_->rows()->project_out(half.data() + i * nv_);
+            mass_.mass().half(half.data() + i * nv_);
+            if (m_ > 0) mass_.rows().project_out(half.data() + i * nv_);
         }
         for (int i = 0; i < k; ++i)
             for (int j = 0; j < k; ++j)
@@ -660,7 +660,7 @@ void Derivation::drop_rows(Stage& stage) {
             vectors.push_back(r < m ? given_.problem->vectors[r] : -1 - r);
             const double* own = row(stage.rows[r]);
             half.insert(half.end(), own, own + nv_);
-            held_->mass().half(half.data() + half.size() - nv_);
+            mass_.mass().half(half.data() + half.size() - nv_);
             half.insert(half.end(), stage.springs.data() + r * springs,
                         stage.springs.data() + (r + 1) * springs);
         }

@@ -155,7 +155,7 @@ class Derivation {
     int nv_ = 0, m_ = 0, n_ = 0;
     double scale_ = 0.0;
     bool is_shared_ = false;
-    std::optional<ConstrainedMass> held_;
+    ConstrainedMass mass_;
     std::vector<double> response_, W_, filling_;  // M⁻¹ Gᵀ of all rows, G M⁻¹ Gᵀ
     std::vector<double> free_response_, free_multipliers_,
         free_W_;  // the same of contacts, bilateral rows held

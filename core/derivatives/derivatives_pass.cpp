@@ -156,9 +156,9 @@ class Derivation::Pass {
             // Only the velocity that is given, not its effects.
             std::fill(x_.begin(), x_.end(), S{});
         } else {
-            d_.held_->mass().solve(x_.data());
+            d_.mass_.mass().solve(x_.data());
         }
-        if (d_.held_->is_filled())
+        if (d_.mass_.is_filled())
             for (int r = 0; r < m; ++r)
                 g_[r] += inner(d_.filling_.data() + r * nv_, x_.data(), nv_);
         for (int r = 0; r < count; ++r) add_row(stage, r);

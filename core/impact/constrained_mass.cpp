@@ -1,19 +1,35 @@
 #include "impact/constrained_mass.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "contact/tolerances.hpp"
+#include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
 
 namespace impulsekit {
 
-ConstrainedMass::ConstrainedMass(const double* M, const int* parent, int nv,
-                                 const ConstraintRows& rows)
-    : nv_(nv), given_(rows), half_(rows.A, rows.A + rows.count * nv) {
-    if (mass_.factor(M, parent, nv, &weak_) || (rows.count > 0 && fill_mass(M))) weak_ = -1;
-    if (weak_ >= 0 || rows.count == 0) return;
+namespace {
+
+// Steps at most by which rounding of large multipliers is brought down.
+constexpr int kRefinements = 3;
+
+}  // namespace
+
+bool ConstrainedMass::factor(const double* M, const int* parent, int nv,
+                             const ConstraintRows& rows) {
+    nv_ = nv;
+    given_ = rows;
+    weak_ = -1;
+    is_filled_ = false;
+    rows_.reset();
+    half_.assign(rows.A, rows.A + rows.count * nv);
+    if (!mass_.factor(M, parent, nv, &weak_) && !(rows.count > 0 && fill_mass(M))) return false;
+    weak_ = -1;
+    if (rows.count == 0) return true;
     for (int r = 0; r < rows.count; ++r) mass_.half(half_.data() + r * nv);
-    rows_ = std::make_unique<BilateralRows>(half_.data(), rows.count, nv, rows.vectors, rows.wider);
+    rows_.emplace(half_.data(), rows.count, nv, rows.vectors, rows.wider);
+    return true;
 }
 
 bool ConstrainedMass::fill_mass(const double* M) {
@@ -44,6 +60,33 @@ void ConstrainedMass::fill(const double* target, double* impulse) const {
         const double* row = given_.A + r * nv_;
         for (int k = 0; k < nv_; ++k) impulse[k] += row[k] * target[r] / squares_[r];
     }
+}
+
+ConstrainedMass::Disagreement ConstrainedMass::apply_multipliers(double* demand, double* x,
+                                                                 double* multipliers) const {
+    const int m = given_.count;
+    const Arena::Scope scope(scratch());
+    double *left = scratch().allocate(m), *more = scratch().allocate(m),
+           *shortfall = scratch().allocate(m);
+    Disagreement found;
+    for (int round = 0; round <= kRefinements && m > 0; ++round) {
+        double off = 0.0, terms = 0.0;
+        for (int r = 0; r < m; ++r) {
+            const double own = dot(half_.data() + r * nv_, x, nv_);
+            left[r] = demand[r] - own;
+            off = std::max(off, std::abs(left[r]));
+            terms = std::max(terms, std::abs(demand[r]) + std::abs(own));
+        }
+        if (off <= tolerance::rounding * terms) break;
+        rows_->solve(left, more, shortfall);
+        if (round == 0) {
+            found = {largest(shortfall, m), terms};
+            for (int r = 0; r < m; ++r) demand[r] -= shortfall[r];
+        }
+        for (int r = 0; r < m; ++r) multipliers[r] += more[r];
+        add_transposed(half_.data(), m, nv_, more, x);
+    }
+    return found;
 }
 
 std::vector<char> ConstrainedMass::project_out_constraints(const double* half, int count,

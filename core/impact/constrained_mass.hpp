@@ -1,7 +1,7 @@
 // The mass matrix under bilateral rows: what impulses do where these hold.
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <vector>
 
 #include "impact/bilateral.hpp"
@@ -22,19 +22,29 @@ struct ConstraintRows {
 // C = D^-½ L⁻ᵀ Aᵀ, so that A M⁻¹ Aᵀ = Cᵀ C.
 class ConstrainedMass {
   public:
-    // M (nv, nv) symmetric; `parent` as MassFactor takes it. A outlives this.
-    ConstrainedMass(const double* M, const int* parent, int nv, const ConstraintRows& rows);
+    // M (nv, nv) symmetric; `parent` as MassFactor takes it. False where a degree of freedom,
+    // `weak`, has no mass that the rows make up for. A outlives what is asked of it.
+    bool factor(const double* M, const int* parent, int nv, const ConstraintRows& rows);
 
-    // A degree of freedom without mass that the rows do not make up for; −1 where there is none.
     int weak() const { return weak_; }
     bool is_filled() const { return is_filled_; }
-    // Add what goes with A Δv = wanted to an impulse (nv), where M is filled.
+    // Add what goes with A Δv = target to an impulse (nv), where M is filled.
     void fill(const double* target, double* impulse) const;
 
     const MassFactor& mass() const { return mass_; }
-    // (count, nv) half-solved rows, and their rank; null without rows.
+    // (count, nv) half-solved rows, and their rank, which only they have.
     const double* half() const { return half_.data(); }
-    const BilateralRows* rows() const { return rows_.get(); }
+    const BilateralRows& rows() const { return *rows_; }
+
+    // By how much rows that depend on each other demand different velocities, and the terms that
+    // these are sums of.
+    struct Disagreement {
+        double apart = 0.0, terms = 0.0;
+    };
+    // Change a half-solved x (nv) by the impulses that bring its rows to `demand` (count), and add
+    // these to λ (count). If dependent rows disagree, each gives way: demand is then what they
+    // get.
+    Disagreement apply_multipliers(double* demand, double* x, double* multipliers) const;
 
     // Take what the rows hold off half-solved rows of points, three of each: `left` (count, nv)
     // begins as `half`. (count) marks rows of which only rounding is left, which are cleared.
@@ -48,13 +58,13 @@ class ConstrainedMass {
   private:
     bool fill_mass(const double* M);
 
-    const int nv_;
-    const ConstraintRows given_;
-    MassFactor mass_;
-    std::vector<double> half_, squares_;  // (count) of rows in the metric of M's diagonal
-    std::unique_ptr<BilateralRows> rows_;
-    int weak_ = -1;
+    int nv_ = 0, weak_ = -1;
     bool is_filled_ = false;
+    ConstraintRows given_;
+    MassFactor mass_;
+    std::vector<double> half_,
+        squares_;  // (count, nv); (count) of rows in the metric of M's diagonal
+    std::optional<BilateralRows> rows_;
 };
 
 }  // namespace impulsekit

@@ -51,76 +51,47 @@ class Impact {
     bool factor_mass() {
         demand_ = scratch().allocate(m_);
         for (int r = 0; r < m_; ++r) demand_[r] = p_.target[r] - dot(p_.A + r * nv_, p_.v, nv_);
-        mass_.emplace(steps_->M, p_.parent, nv_, ConstraintRows{m_, p_.A, p_.vectors, p_.wider});
-        mass_->fill(demand_, steps_->right);
-        half_ = mass_->half();
-        held_ = mass_->rows();
-        if (mass_->weak() < 0) return true;
+        const bool is_regular =
+            mass_.factor(steps_->M, p_.parent, nv_, {m_, p_.A, p_.vectors, p_.wider});
+        mass_.fill(demand_, steps_->right);
+        if (is_regular) return true;
         s_.failure = ImpactSolution::Failure::singular_mass;
-        s_.failed.assign(1, mass_->weak());
+        s_.failed.assign(1, mass_.weak());
         return false;
     }
 
     // λ that brings the bilateral rows to their targets without contacts.
     bool apply_constraints() {
-        steps_->begin(mass_->mass());
+        steps_->begin(mass_.mass());
         if (m_ == 0) return true;
-        double* start = steps_->start;
-        s_.nearly_dependent = held_->nearly_dependent();
-        s_.unique = held_->unique();
-        double *target = scratch().allocate(m_), *shortfall = scratch().allocate(m_);
-        steps_->finish(mass_->mass(), start);
+        s_.nearly_dependent = mass_.rows().nearly_dependent();
+        s_.unique = mass_.rows().unique();
+        steps_->finish(mass_.mass(), steps_->start);
         const double* speeds = steps_->add_up_speeds();
+        const std::vector<double> demand(demand_, demand_ + m_);
         double speed = 0.0;
         for (int r = 0; r < m_; ++r) {
-            const double* row = half_ + r * nv_;
-            target[r] = demand_[r] - dot(row, start, nv_);
-            double terms = steps_->terms_of(p_.A + r * nv_, speeds);
-            speed = std::max(speed, std::abs(demand_[r]) + terms * (p_.wider ? p_.wider[r] : 1.0));
+            const double terms = steps_->terms_of(p_.A + r * nv_, speeds);
+            speed = std::max(speed, std::abs(demand[r]) + terms * (p_.wider ? p_.wider[r] : 1.0));
         }
-        held_->solve(target, s_.multipliers.data(), shortfall);
-        double worst = largest(shortfall, m_);
-        if (worst > tolerance::contradiction * speed) {
-            s_.failure = ImpactSolution::Failure::contradiction;
-            s_.apart = worst;
-            for (int r = 0; r < m_; ++r)
-                if (std::abs(shortfall[r]) > 0.1 * worst) s_.failed.push_back(r);
-            return false;
-        }
-        // The shortfall of dependent rows is the inaccuracy of the model, and is left.
-        for (int r = 0; r < m_; ++r) demand_[r] -= shortfall[r];
-        add_transposed(half_, m_, nv_, s_.multipliers.data(), start);
-        for (int round = 0; round < ImpactSteps<double>::kRefinements; ++round) {
-            double off = 0.0, size = 0.0;
-            for (int r = 0; r < m_; ++r) {
-                target[r] = demand_[r] - dot(half_ + r * nv_, start, nv_);
-                off = std::max(off, std::abs(target[r]));
-                size = std::max(size, std::abs(demand_[r]));
-            }
-            if (off <= tolerance::rounding * size) break;
-            add_multipliers(target, start);
-        }
-        return true;
-    }
-
-    // Add to λ what changes the rows' velocities by `wanted`, and to x its half-solved impulse.
-    void add_multipliers(const double* target, double* x) {
-        Arena::Scope scope(scratch());
-        double *more = scratch().allocate(m_), *shortfall = scratch().allocate(m_);
-        held_->solve(target, more, shortfall);
-        for (int r = 0; r < m_; ++r) s_.multipliers[r] += more[r];
-        add_transposed(half_, m_, nv_, more, x);
+        // What dependent rows lack of their demands is the inaccuracy of the model, and is left.
+        s_.apart = mass_.apply_multipliers(demand_, steps_->start, s_.multipliers.data()).apart;
+        if (!(s_.apart > tolerance::contradiction * speed)) return true;
+        s_.failure = ImpactSolution::Failure::contradiction;
+        for (int r = 0; r < m_; ++r)
+            if (std::abs(demand[r] - demand_[r]) > 0.1 * s_.apart) s_.failed.push_back(r);
+        return false;
     }
 
     // P of the contacts in the system that is left when the bilateral rows are eliminated.
     bool apply_contacts() {
         ImpactSteps<double>& steps = *steps_;
         if (rows_ == 0) {
-            steps.finish(mass_->mass(), steps.start);
+            steps.finish(mass_.mass(), steps.start);
             return true;
         }
-        steps.add_contacts(mass_->mass());
-        if (held_) {
+        steps.add_contacts(mass_.mass());
+        if (m_ > 0) {
             double* left = scratch().allocate(rows_, nv_);
             std::copy(steps.half, steps.half + rows_ * nv_, left);
             project_out_constraints(left);
@@ -156,8 +127,8 @@ class Impact {
     // Contact rows less what the bilateral rows hold; what these hold wholly stays as they want.
     void project_out_constraints(double* left) {
         const ImpactSteps<double>& steps = *steps_;
-        const std::vector<char> held = mass_->project_out_constraints(steps.half, rows_, left);
-        const double bar = held_->rounding_of_span(), *speeds = steps.add_up_speeds();
+        const std::vector<char> held = mass_.project_out_constraints(steps.half, rows_, left);
+        const double bar = mass_.rows().rounding_of_span(), *speeds = steps.add_up_speeds();
         for (int r = 0; r < rows_; ++r) {
             if (!held[r]) continue;
             double speed = 0.0;
@@ -179,29 +150,16 @@ class Impact {
         double* change = scratch().allocate(nv_);
         steps_->add_impulses(change);
         s_.multipliers = held;
-        if (held_) {
-            double* target = scratch().allocate(m_);
-            for (int round = 0; round < ImpactSteps<double>::kRefinements; ++round) {
-                double off = 0.0, size = largest(demand_, m_);
-                for (int r = 0; r < m_; ++r) {
-                    double own = dot(half_ + r * nv_, change, nv_);
-                    target[r] = demand_[r] - own;
-                    off = std::max(off, std::abs(target[r]));
-                    size = std::max(size, std::abs(own));
-                }
-                if (off <= tolerance::rounding * size) break;
-                add_multipliers(target, change);
-            }
-        }
-        steps_->finish(mass_->mass(), change);
+        mass_.apply_multipliers(demand_, change, s_.multipliers.data());
+        steps_->finish(mass_.mass(), change);
     }
 
     void sharpen() {
-        if (mass_->is_filled()) return;
+        if (mass_.is_filled()) return;
         Arena::Scope scope(scratch());
         double* left = scratch().allocate(nv_);
         add_transposed(p_.A, m_, nv_, s_.multipliers.data(), left);
-        steps_->sharpen(mass_->mass(), left);
+        steps_->sharpen(mass_.mass(), left);
     }
 
     // Speeds that rows prescribe, locks of what has no mass, energy and residuals.
@@ -209,7 +167,7 @@ class Impact {
         for (int r = 0; r < m_; ++r)
             if (p_.locks && p_.locks[r] >= 0 && s_.unique[r])
                 steps_->dv[p_.locks[r]] = demand_[r] / p_.A[r * nv_ + p_.locks[r]];
-        if (mass_->is_filled()) balance_locks();
+        if (mass_.is_filled()) balance_locks();
         measure();
         if (p_.law.restitution == Restitution::newton && p_.law.slip == Slip::end &&
             p_.law.order == Order::simultaneous)
@@ -249,7 +207,7 @@ class Impact {
         double off = 0.0, terms = 0.0, *struck = scratch().allocate(nv_);
         add_transposed(steps_->half, rows_, nv_, steps_->P, struck);
         for (int r = 0; r < m_; ++r) {
-            const double *row = p_.A + r * nv_, *half = half_ + r * nv_;
+            const double *row = p_.A + r * nv_, *half = mass_.half() + r * nv_;
             double own = std::abs(p_.target[r]) + steps_->terms_of(row, speeds) +
                          std::abs(dot(half, struck, nv_));
             if (p_.impulse) own += std::abs(dot(half, steps_->blow, nv_));
@@ -265,7 +223,7 @@ class Impact {
         double work = 0.0, size = 0.0, by_blows = 0.0;
         double* blow = scratch().allocate(nv_);
         std::copy(steps_->right, steps_->right + nv_, blow);
-        mass_->mass().solve(blow);
+        mass_.mass().solve(blow);
         auto add = [&](const double* row, double impulse) {
             double before = dot(row, p_.v, nv_), change = dot(row, steps_->dv, nv_);
             double blown = dot(row, blow, nv_);
@@ -285,9 +243,7 @@ class Impact {
     ImpactSolution& s_;
     const int nv_, m_, rows_;
     Arena::Scope scope_;
-    std::optional<ConstrainedMass> mass_;
-    const BilateralRows* held_ = nullptr;
-    const double* half_ = nullptr;
+    ConstrainedMass mass_;
     double* demand_ = nullptr;
     std::optional<ImpactSteps<double>> steps_;
     ContactProblem contact_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "contact/rest_law.hpp"
 #include "contact/tolerances.hpp"
@@ -13,9 +14,6 @@ namespace {
 
 // Accelerations [m/s² or rad/s²] that are rounding where no force acts: 1e-11 m in a day.
 constexpr double kNoAcceleration = 1e-20;
-
-// Rounds in which rounding of large multipliers is brought down.
-constexpr int kRefinements = 2;
 
 // The direction in which something slides. Within a step that goes on beyond where it stops, what
 // turns back has the direction that it came with: forces are smooth up to the stop and beyond.
@@ -43,8 +41,6 @@ Dynamics::Dynamics(const MotionScene& own)
     unique.assign(constraints.rows(), 1);
     dry_torque.assign(own.dry.size(), 0.0);
     dry_rate.assign(own.dry.size(), 0.0);
-    dense_.resize(nv);
-    for (int k = 0; k < nv; ++k) dense_[k] = k - 1;
 }
 
 double Dynamics::static_friction(int entry) const {
@@ -84,26 +80,14 @@ bool Dynamics::velocity_correction(const double* rows, int count, const double* 
     const int nv = scene.scene.model->nv;
     std::fill(dv, dv + nv, 0.0);
     if (count == 0) return true;
-    mass_matrix();
-    Arena::Scope scope(scratch());
-    double *half = scratch().allocate(count * nv), *x = scratch().allocate(count),
-           *shortfall = scratch().allocate(count);
-    filled_ = !mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv);
-    if (filled_) {
-        // Rows stand in for the inertia that is missing.
-        for (int r = 0; r < count; ++r)
-            for (int i = 0; i < nv; ++i)
-                for (int j = 0; j < nv; ++j) M_[i * nv + j] += rows[r * nv + i] * rows[r * nv + j];
-        if (!mass_.factor(M_.data(), dense_.data(), nv)) return false;
-    }
-    std::copy(rows, rows + count * nv, half);
-    for (int r = 0; r < count; ++r) mass_.half(half + r * nv);
-    int* vectors = scratch().allocate_int(count);
-    for (int r = 0; r < count; ++r) vectors[r] = r;
-    const BilateralRows own(half, count, nv, vectors);
-    own.solve(change, x, shortfall);
-    add_transposed(half, count, nv, x, dv);
-    mass_.rest(dv);
+    std::vector<int> vectors(count);
+    std::iota(vectors.begin(), vectors.end(), 0);
+    if (!mass_.factor(mass_matrix().data(), scene.scene.model->parent_v.data(), nv,
+                      {count, rows, vectors.data(), nullptr}))
+        return false;
+    std::vector<double> demand(change, change + count), impulses(count);
+    mass_.apply_multipliers(demand.data(), dv, impulses.data());
+    mass_.mass().rest(dv);
     return true;
 }
 
@@ -129,57 +113,11 @@ void Dynamics::write_load(double t, const double* q, const double* v, const Rest
     }
 }
 
-// M, or where it is singular M + Σ aᵀa/s with the rows that hold and what they ask for.
-bool Dynamics::factor_mass(const double* target) {
-    const int nv = scene.scene.model->nv, m = constraints.rows();
-    mass_matrix();
-    filled_ = false;
-    if (mass_.factor(M_.data(), scene.scene.model->parent_v.data(), nv)) return true;
-    filled_ = true;
-    double heaviest = 0.0;
-    for (int k = 0; k < nv; ++k) heaviest = std::max(heaviest, M_[k * nv + k]);
-    std::vector<double> M = M_;
-    for (int r = 0; r < m; ++r) {
-        const double* row = constraints.A() + r * nv;
-        double size = 0.0;
-        for (int k = 0; k < nv; ++k) {
-            const double own = M_[k * nv + k];
-            size += row[k] * row[k] / (own > tolerance::at_rest * heaviest ? own : heaviest);
-        }
-        if (!(size > 0.0)) continue;
-        for (int i = 0; i < nv; ++i) {
-            load_[i] += row[i] * target[r] / size;
-            for (int j = 0; j < nv; ++j) M[i * nv + j] += row[i] * row[j] / size;
-        }
-    }
-    return m > 0 && mass_.factor(M.data(), dense_.data(), nv);
-}
-
-// Adds to `start`, half-solved, what the multipliers give that bring rows to the target, and
-// to them; false where rows contradict each other.
-bool Dynamics::eliminate(double* start, const double* target) {
-    const int nv = scene.scene.model->nv, m = constraints.rows();
-    Arena::Scope scope(scratch());
-    double *left = scratch().allocate(m), *more = scratch().allocate(m),
-           *shortfall = scratch().allocate(m);
-    for (int round = 0; round <= kRefinements; ++round) {
-        double off = 0.0, terms = 0.0;
-        for (int r = 0; r < m; ++r) {
-            const double own = dot(half_rows_.data() + r * nv, start, nv);
-            left[r] = target[r] - own;
-            off = std::max(off, std::abs(left[r]));
-            terms = std::max(terms, std::abs(target[r]) + std::abs(own));
-        }
-        if (off <= tolerance::rounding * terms) break;
-        held_->solve(left, more, shortfall);
-        if (round == 0 && largest(shortfall, m) >
-                              tolerance::contradiction * terms + tolerance::at_rest * squares_)
-            return false;
-        for (int r = 0; r < m; ++r) multipliers[r] += more[r];
-        add_transposed(half_rows_.data(), m, nv, more, start);
-        if (round == 0 && largest(shortfall, m) > 0.1 * off) break;
-    }
-    return true;
+// Let the bilateral rows hold what `start`, half-solved, would make of them; false where they
+// contradict each other.
+bool Dynamics::hold(double* start, double* target) {
+    const auto [apart, terms] = mass_.apply_multipliers(target, start, multipliers.data());
+    return !(apart > tolerance::contradiction * terms + tolerance::at_rest * squares_);
 }
 
 // J and its bias: points, turning, joints that keep still.
@@ -224,19 +162,16 @@ DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v,
         const double fastest = largest(v, nv);
         squares_ = largest(constraints.A(), m * nv) * fastest * fastest;
     }
-    if (!factor_mass(target)) return DynamicsFailure::singular_mass;
+    if (!mass_.factor(mass_matrix().data(), scene.scene.model->parent_v.data(), nv,
+                      {m, constraints.A(), constraints.vectors(), constraints.wider()}))
+        return DynamicsFailure::singular_mass;
+    mass_.fill(target, load_.data());
     double* start = start_.data();
     std::copy(load_.begin(), load_.end(), start);
-    mass_.half(start);
+    mass_.mass().half(start);
     std::fill(multipliers.begin(), multipliers.end(), 0.0);
-    if (m > 0) {
-        half_rows_.assign(constraints.A(), constraints.A() + m * nv);
-        for (int r = 0; r < m; ++r) mass_.half(half_rows_.data() + r * nv);
-        held_ = std::make_shared<BilateralRows>(half_rows_.data(), m, nv, constraints.vectors(),
-                                                constraints.wider());
-        unique = held_->unique();
-        if (!eliminate(start, target)) return DynamicsFailure::contradiction;
-    }
+    if (m > 0) unique = mass_.rows().unique();
+    if (!hold(start, target)) return DynamicsFailure::contradiction;
     if (rest.acts()) {
         write_rest_rows(q, v, rest);
         const DynamicsFailure failure = rest_forces(rest, start, target);
@@ -245,28 +180,23 @@ DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v,
         F.clear(), rate.clear(), slip.clear(), moment.clear(), turn_rate.clear(), turning.clear();
     }
     std::copy(start, start + nv, a);
-    mass_.rest(a);
+    mass_.mass().rest(a);
     return DynamicsFailure::none;
 }
 
 // Bias and W of the rows of what rests, under the bilateral rows.
-void Dynamics::condense(const double* start, double* free, double* W) {
-    const int nv = scene.scene.model->nv, m = constraints.rows();
+void Dynamics::condense(const double* start, int threes, double* free, double* W) {
+    const int nv = scene.scene.model->nv;
     Arena::Scope scope(scratch());
     half_contacts_ = J_;
-    left_.resize(J_.size());
-    for (int r = 0; r < rows_; ++r) mass_.half(half_contacts_.data() + r * nv);
+    for (int r = 0; r < rows_; ++r) mass_.mass().half(half_contacts_.data() + r * nv);
     left_ = half_contacts_;
     for (int r = 0; r < rows_; ++r)
         free[r] = bias_[r] + dot(half_contacts_.data() + r * nv, start, nv);
-    if (m > 0)
-        for (int r = 0; r < rows_; ++r) {
-            const double* row = half_contacts_.data() + r * nv;
-            double* own = left_.data() + r * nv;
-            held_->project_out(own);
-            const double bar = held_->rounding_of_span();
-            if (dot(own, own, nv) <= bar * bar * dot(row, row, nv)) std::fill(own, own + nv, 0.0);
-        }
+    // Points have three rows each, a joint one.
+    mass_.project_out_constraints(half_contacts_.data(), threes, left_.data());
+    for (int r = threes; r < rows_; ++r)
+        mass_.project_out_constraints(half_contacts_.data() + r * nv, 1, left_.data() + r * nv);
     // Rows of bodies that have nothing to do with each other share no columns.
     int *first = scratch().allocate_int(rows_), *last = scratch().allocate_int(rows_);
     for (int i = 0; i < rows_; ++i) {
@@ -332,12 +262,12 @@ void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, 
         if (rest.dry[j] == 0) bound[joint++] = scene.dry[j].bound;
 }
 
-DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const double* target) {
-    const int nv = scene.scene.model->nv, m = constraints.rows();
+DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, double* target) {
+    const int nv = scene.scene.model->nv;
     const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
     Arena::Scope scope(scratch());
     double *free = scratch().allocate(rows_), *W = scratch().allocate(rows_ * rows_);
-    condense(start, free, W);
+    condense(start, 3 * (n + k), free, W);
     RestProblem p;
     p.points = n;
     p.turning = k;
@@ -369,8 +299,7 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, const d
             dry_rate[j] = rates[joint++];
         }
     add_transposed(half_contacts_.data(), rows_, nv, force, start);
-    if (m > 0 && !eliminate(start, target)) return DynamicsFailure::contradiction;
-    return DynamicsFailure::none;
+    return hold(start, target) ? DynamicsFailure::none : DynamicsFailure::contradiction;
 }
 
 }  // namespace impulsekit

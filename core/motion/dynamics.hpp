@@ -2,15 +2,13 @@
 // J a + J̇ v for what rests (Chang & Huston 1995, eq. (17), with multipliers).
 #pragma once
 
-#include <memory>
 #include <vector>
 
-#include "impact/bilateral.hpp"
+#include "impact/constrained_mass.hpp"
 #include "motion/bilateral_constraints.hpp"
 #include "motion/contact_gaps.hpp"
 #include "motion/forces.hpp"
 #include "motion/tolerances.hpp"
-#include "spatial/mass_factor.hpp"
 
 namespace impulsekit {
 
@@ -92,26 +90,22 @@ class Dynamics {
 
   private:
     void write_load(double t, const double* q, const double* v, const RestingState& rest);
-    bool factor_mass(const double* target);
-    bool eliminate(double* start, const double* target);
+    bool hold(double* start, double* target);
     void write_rest_rows(const double* q, const double* v, const RestingState& rest);
     // By point or joint: see RestProblem; the pull [N] of each point, and whether it pushes.
     struct RestBounds {
         double *reach, *direction, *bound, *pull;
         char* pressed;
     };
-    void condense(const double* start, double* free, double* W);
+    void condense(const double* start, int threes, double* free, double* W);
     void write_bounds(const RestingState& rest, const RestBounds& bounds, const double* W,
                       double* free);
-    DynamicsFailure rest_forces(RestingState& rest, double* start, const double* target);
+    DynamicsFailure rest_forces(RestingState& rest, double* start, double* target);
 
-    MassFactor mass_;
-    std::shared_ptr<const BilateralRows> held_;
-    std::vector<double> M_, load_, J_, bias_, half_rows_, half_contacts_, left_, start_;
-    std::vector<int> dense_;
+    ConstrainedMass mass_;
+    std::vector<double> M_, load_, J_, bias_, half_contacts_, left_, start_;
     const double* velocity_ = nullptr;
     int rows_ = 0;
-    bool filled_ = false;
     double squares_ = 0.0;  // what squares of velocities can make of rates of rows
 };
 
