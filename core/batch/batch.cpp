@@ -14,7 +14,7 @@
 #include "impact/known_impulses.hpp"
 #include "impact/scene_impact.hpp"
 #include "scene/frame_pair_states.hpp"
-#include "spatial/configuration.hpp"
+#include "spatial/joints.hpp"
 #include "spatial/tree.hpp"
 
 namespace impulsekit {

@@ -7,7 +7,7 @@
 #include "bind/given_scene.hpp"
 #include "bind/lanes.hpp"
 #include "derivatives/scene_derivation.hpp"
-#include "spatial/configuration.hpp"
+#include "spatial/joints.hpp"
 
 namespace nb = nanobind;
 

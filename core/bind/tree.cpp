@@ -9,6 +9,9 @@ namespace nb = nanobind;
 namespace impulsekit {
 namespace {
 
+// Number of a type of joint.
+enum class Joint : int {};
+
 // Bodies by columns, a row for each, in the axes of their joints; see GivenBody.
 struct Bodies {
     Integers parent, joint, q, v;
@@ -52,11 +55,11 @@ Model given_model(const Bodies& given, const Array& armature, int nq) {
         const GivenBody body = bodies[k] = given.body(k);
         if (body.parent < 0 || body.parent > static_cast<int>(k))
             throw nb::value_error("bodies: a parent comes before its child");
-        if (body.joint < 0 || body.joint > static_cast<int>(Joint::ellipsoid))
+        if (body.joint < 0 || body.joint >= static_cast<int>(joint_types().size()))
             throw nb::value_error("bodies: unknown kind of joint");
-        const Joint joint = static_cast<Joint>(body.joint);
-        if (body.q < 0 || body.q + coordinates_of(joint) > nq || body.v < 0 ||
-            body.v + freedoms_of(joint) > nv)
+        const JointType& joint = joint_types()[body.joint];
+        if (body.q < 0 || body.q + joint.coordinates() > nq || body.v < 0 ||
+            body.v + joint.freedoms() > nv)
             throw nb::value_error("bodies: q or v is too short");
     }
     return model_of(bodies, nq, nv, armature.data());
@@ -79,10 +82,18 @@ AppliedImpulses apply(const Model& model, const Array& q, const Array& v, const 
 
 void bind_tree(nb::module_& module) {
     using namespace impulsekit;
-    bind_enum<Joint>(module, "Joint", "angle", Joint::angle, "circle", Joint::circle, "slide",
-                     Joint::slide, "helix", Joint::helix, "ball", Joint::ball, "free", Joint::free,
-                     "planar", Joint::planar, "translation", Joint::translation, "ellipsoid",
-                     Joint::ellipsoid);
+    nb::enum_<Joint> joint(module, "Joint", nb::is_arithmetic());
+    for (std::size_t i = 0; i < joint_types().size(); ++i)
+        joint.value(joint_types()[i].name, static_cast<Joint>(i));
+    module.def(
+        "joint_sizes",
+        [] {
+            std::vector<std::pair<int, int>> sizes;
+            for (const JointType& type : joint_types())
+                sizes.emplace_back(type.coordinates(), type.freedoms());
+            return sizes;
+        },
+        "Return entries of q and of v of each type of joint.");
     Record<Bodies>(module, "Bodies", "Bodies by columns, in the axes of their joints.")
         .fields("parent", &Bodies::parent, "joint", &Bodies::joint, "q", &Bodies::q, "v",
                 &Bodies::v, "axis", &Bodies::axis, "rotation", &Bodies::rotation, "shift",

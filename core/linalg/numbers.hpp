@@ -222,6 +222,12 @@ Vec3<S> cross(const Vec3<S>& a, const Vec3<S>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+// One of three: of a vector or of the columns of a matrix.
+template <typename T>
+auto& entry(T& a, int i) {
+    return i == 0 ? a.x : i == 1 ? a.y : a.z;
+}
+
 template <typename S>
 Vec3<S> vec3(const double* a) {
     return {number<S>(a[0]), number<S>(a[1]), number<S>(a[2])};

@@ -5,14 +5,13 @@
 
 #include "contact/tolerances.hpp"
 #include "scene/constraint_rows.hpp"
+#include "spatial/joints.hpp"
 
 namespace impulsekit {
 namespace {
 
 // Points so near at the start [m] are closed for good: loops closed by hand are off by as much.
 constexpr double kClosed = 1e-6;
-
-double entry(const Vec& a, int i) { return i == 0 ? a.x : i == 1 ? a.y : a.z; }
 
 // The rotation vector of a small turn.
 Vec turn_of(const Mat& r) {
@@ -183,7 +182,7 @@ void BilateralConstraints::drift_of_pair(const Tree<double>& tree, const Held& h
                           ? transposed(rotation) * (other_rotation * kept.relative)
                           : rotation * transposed(kept.rotation);
         const double sign = kept.angular == Kept::hinge_of_first ? -1.0 : 1.0;
-        const Vec axis = (free == 0 ? m.x : free == 1 ? m.y : m.z) * sign;
+        const Vec axis = entry(m, free) * sign;
         const Vec unit{free == 0 ? 1.0 : 0.0, free == 1 ? 1.0 : 0.0, free == 2 ? 1.0 : 0.0};
         angular = cross(unit, axis);
     }
@@ -195,53 +194,12 @@ void BilateralConstraints::drift_of_pair(const Tree<double>& tree, const Held& h
     }
 }
 
-double BilateralConstraints::coordinate_difference(int v, const double* from,
-                                                   const double* to) const {
-    const Model& model = *scene_->model;
-    for (std::size_t a = 0; a < model.slots.size(); ++a) {
-        const Slot& slot = model.slots[a];
-        const Body& body = model.bodies[slot.body];
-        if (slot.v != v || (body.is_scalar() && (body.ratio != 1.0 || body.offset != 0.0)))
-            continue;
-        const double *q0 = from + body.q, *q1 = to + body.q;
-        const int i = static_cast<int>(a) - body.slot;
-        const auto turned = [&](const double* a0, const double* a1, int axis) {
-            // 2 of the vector part of p₀⁻¹ p₁.
-            const double x = a0[3] * a1[0] - a0[0] * a1[3] - a0[1] * a1[2] + a0[2] * a1[1],
-                         y = a0[3] * a1[1] - a0[1] * a1[3] - a0[2] * a1[0] + a0[0] * a1[2],
-                         z = a0[3] * a1[2] - a0[2] * a1[3] - a0[0] * a1[1] + a0[1] * a1[0],
-                         w = a0[0] * a1[0] + a0[1] * a1[1] + a0[2] * a1[2] + a0[3] * a1[3];
-            return 2.0 * (axis == 0 ? x : axis == 1 ? y : z) * (w < 0.0 ? -1.0 : 1.0);
-        };
-        switch (body.joint) {
-            case Joint::circle:
-                return std::atan2(q0[0] * q1[1] - q0[1] * q1[0], q0[0] * q1[0] + q0[1] * q1[1]);
-            case Joint::ball:
-                return turned(q0, q1, i);
-            case Joint::free: {
-                if (i > 2) return turned(q0 + 3, q1 + 3, i - 3);
-                const Mat r = of_quaternion(q0[3], q0[4], q0[5], q0[6]);
-                return entry(back(r, Vec{q1[0] - q0[0], q1[1] - q0[1], q1[2] - q0[2]}), i);
-            }
-            case Joint::planar: {
-                const double x = q1[0] - q0[0], y = q1[1] - q0[1];
-                if (i == 0) return q0[2] * x + q0[3] * y;
-                if (i == 1) return q0[2] * y - q0[3] * x;
-                return std::atan2(q0[2] * q1[3] - q0[3] * q1[2], q0[2] * q1[2] + q0[3] * q1[3]);
-            }
-            default:
-                return q1[i] - q0[i];
-        }
-    }
-    return 0.0;
-}
-
 // True if all its coordinates are numbers that velocities are the rates of.
 bool BilateralConstraints::is_plain(const Held& held) const {
     const Model& model = *scene_->model;
     for (const Held::Term& term : held.terms)
         for (const Slot& slot : model.slots)
-            if (slot.v == term.v && !model.bodies[slot.body].is_scalar()) return false;
+            if (slot.v == term.v && model.bodies[slot.body].type.coordinates() != 1) return false;
     return true;
 }
 
@@ -251,14 +209,8 @@ void BilateralConstraints::drift_of_speeds(const Held& held, int e, const Kept& 
     if (driven_places_[e]) {
         const int v = held.terms[0].v;
         std::vector<double> there(kept.values);
-        for (const Slot& slot : scene_->model->slots) {
-            const Body& body = scene_->model->bodies[slot.body];
-            if (slot.v != v) continue;
-            const double place = functions_.place(e, t);
-            there[body.q] = body.joint == Joint::circle ? std::cos(place) : place;
-            if (body.joint == Joint::circle) there[body.q + 1] = std::sin(place);
-        }
-        off.push_back(coordinate_difference(v, there.data(), q));
+        set_coordinate(*scene_->model, v, functions_.place(e, t), there.data());
+        off.push_back(coordinate_difference(*scene_->model, v, there.data(), q));
         rows.push_back(held.row);
         return;
     }
@@ -270,7 +222,8 @@ void BilateralConstraints::drift_of_speeds(const Held& held, int e, const Kept& 
         double own = -speed * t;
         for (const Held::Term& term : held.terms)
             if (term.row == r)
-                own += term.factor * coordinate_difference(term.v, kept.values.data(), q);
+                own += term.factor *
+                       coordinate_difference(*scene_->model, term.v, kept.values.data(), q);
         off.push_back(own);
         rows.push_back(held.row + r);
     }

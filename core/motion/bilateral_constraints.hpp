@@ -61,8 +61,6 @@ class BilateralConstraints {
                        std::vector<double>& off, std::vector<int>& rows) const;
     void drift_of_speeds(const Held& held, int entry, const Kept& kept, const double* q, double t,
                          std::vector<double>& off, std::vector<int>& rows) const;
-    // The difference of an entry of v's coordinate from what it was, along v.
-    double coordinate_difference(int v, const double* from, const double* to) const;
     bool is_plain(const Held& held) const;
 
     const Scene* scene_;

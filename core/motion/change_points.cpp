@@ -12,7 +12,7 @@
 #include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
 #include "motion/motion.hpp"
-#include "spatial/configuration.hpp"
+#include "spatial/joints.hpp"
 
 namespace impulsekit {
 namespace {
@@ -48,13 +48,8 @@ Step Motion::extrapolation(double start, double length) const {
         nodes[i] = begin + 0.5 * (1.0 - std::cos(kPi * i / (kNodes - 1))) * (start - begin);
         weights[i] = (i % 2 == 0 ? 1.0 : -1.0) * (i == 0 || i == kNodes - 1 ? 0.5 : 1.0);
         state(nodes[i], values.data() + i * n, values.data() + i * n + nq());
-        // A quaternion and its opposite are one rotation.
-        for (const Body& body : scene_->scene.model->bodies) {
-            if (i == 0 || (body.joint != Joint::free && body.joint != Joint::ball)) continue;
-            double* own = values.data() + i * n + body.q + (body.joint == Joint::free ? 3 : 0);
-            if (dot(own, own - n, 4) < 0.0)
-                for (int j = 0; j < 4; ++j) own[j] = -own[j];
-        }
+        if (i > 0)
+            choose_signs(*scene_->scene.model, values.data() + (i - 1) * n, values.data() + i * n);
     }
     Step step;
     step.start = step.begin = start;

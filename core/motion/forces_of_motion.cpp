@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "integrator/stepper.hpp"
-#include "spatial/configuration.hpp"
+#include "spatial/joints.hpp"
 
 namespace impulsekit {
 

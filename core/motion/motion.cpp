@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "linalg/arena.hpp"
-#include "spatial/configuration.hpp"
+#include "spatial/joints.hpp"
 
 namespace impulsekit {
 namespace {

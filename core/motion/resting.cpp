@@ -6,7 +6,7 @@
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
 #include "motion/motion.hpp"
-#include "spatial/configuration.hpp"
+#include "spatial/joints.hpp"
 
 namespace impulsekit {
 namespace {

@@ -95,7 +95,7 @@ class TreeGradient {
                 const Spatial<T> parent = twist_at(twist[body.parent], lift<T>(tree_.arm[k]));
                 own_[k] = own_[k] - turning(lift<S>(parent), lift<S>(sums[k]));
             }
-            if (body.joint == Joint::ellipsoid) bend(k, v, lift<S>(sums[k]));
+            if (body.type.turn == Turn::ellipsoid) bend(k, v, lift<S>(sums[k]));
         }
     }
 
@@ -181,21 +181,13 @@ class TreeGradient {
         wrench_at(body, place, f, local_);
     }
 
-    // The columns s_i of an ellipsoid do not turn with it alone: ∂s_i/∂q_j − s_j × s_i.
+    // The columns of an ellipsoid do not turn with it alone.
     template <typename V>
     void bend(int k, const V* v, const Spatial<S>& f) {
-        const Body& body = tree_.model.bodies[k];
-        const Spatial<G>* s = tree_.column.data() + body.slot;
-        const int first = tree_.model.slots[body.slot].v;
-        const Vec3<G> twice[3][3] = {{tree_.bend[3 * k], tree_.bend[3 * k + 1], {}},
-                                     {tree_.bend[3 * k + 1], tree_.bend[3 * k + 2], {}},
-                                     {}};
+        const int first = tree_.model.slots[tree_.model.bodies[k].slot].v;
         for (int j = 0; j < 3; ++j)
-            for (int i = 0; i < 3; ++i) {
-                const Spatial<G> change{twice[i][j] - cross(s[j].angular, s[i].linear),
-                                        i < j ? -cross(s[j].angular, s[i].angular) : Vec3<G>{}};
-                bent_[first + j] += dot(lift<S>(change), f) * v[first + i];
-            }
+            for (int i = 0; i < 3; ++i)
+                bent_[first + j] += dot(lift<S>(tree_.column_slope(k, i, j)), f) * v[first + i];
     }
 
     const Tree<G>& tree_;

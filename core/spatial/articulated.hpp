@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "linalg/numbers.hpp"
-#include "spatial/model.hpp"
-#include "spatial/tree.hpp"
+#include "spatial/joints.hpp"
 
 namespace impulsekit {
 
@@ -167,7 +166,7 @@ struct ArticulatedTree {
             const int k = *at;
             const Body& body = model.bodies[k];
             Articulated<S>& a = inertia[k];
-            if (body.turns_about_z() && model.slots[body.slot].armature == 0.0) {
+            if (body.turns_about_z && model.slots[body.slot].armature == 0.0) {
                 const Turned<S> left = free_turn(body.slot, a);
                 if (body.parent > 0)
                     add_moved(turned_inwards(body, stance[k], left), shift_of(body, stance[k]),
@@ -282,17 +281,17 @@ struct ArticulatedTree {
             const int d = slot.direction;
             for (int k = 0; k < 6; ++k) {
                 u[k] = A[k][d];
-                if (body.joint == Joint::helix) u[k] += A[k][2] * body.pitch;
+                if (body.pitch != 0.0) u[k] += A[k][2] * body.pitch;
             }
             S size = u[d];
-            if (body.joint == Joint::helix) size += u[2] * body.pitch;
+            if (body.pitch != 0.0) size += u[2] * body.pitch;
             Freed<S>& to = slots[at];
             to.u = {{u[0], u[1], u[2]}, {u[3], u[4], u[5]}};
             to.inverse = 1.0 / (size + slot.armature);
             for (int k = 0; k < 6; ++k) along_slot[k] = u[k] * to.inverse;
             for (int k = 0; k < 6; ++k)
                 for (int j = 0; j < 6; ++j) A[k][j] = A[k][j] - along_slot[k] * u[j];
-            if (body.joint == Joint::helix) continue;
+            if (body.pitch != 0.0) continue;
             for (int k = 0; k < 6; ++k) A[k][d] = A[d][k] = along_slot[k] * slot.armature;
         }
         a.linear = {A[0][0], A[0][1], A[0][2], A[1][1], A[1][2], A[2][2]};
@@ -302,7 +301,7 @@ struct ArticulatedTree {
 
     static Articulated<S> turned_inwards(const Body& body, const Stance<S>& to,
                                          const Articulated<S>& a) {
-        if (!body.turns_about_z()) {
+        if (!body.turns_about_z) {
             const Mat3<S>& r = to.rotation;
             const Mat3<S> k = r * a.coupled;
             // R H Rᵀ: rows of R H against rows of R.
@@ -322,7 +321,7 @@ struct ArticulatedTree {
     Vec3<S> turned_inwards(int k, Vec3<S> a) const {
         const Body& body = model.bodies[k];
         const Stance<S>& to = stance[k];
-        if (!body.turns_about_z()) return to.rotation * a;
+        if (!body.turns_about_z) return to.rotation * a;
         a = vector_about_z(a, to.cosine, to.sine);
         if (body.about_x) a = vector_about_x(a, body.alpha[0], body.alpha[1]);
         if (body.about_z) a = vector_about_z(a, body.beta[0], body.beta[1]);
@@ -332,7 +331,7 @@ struct ArticulatedTree {
     Vec3<S> turned_outwards(int k, Vec3<S> a) const {
         const Body& body = model.bodies[k];
         const Stance<S>& to = stance[k];
-        if (!body.turns_about_z()) return back(to.rotation, a);
+        if (!body.turns_about_z) return back(to.rotation, a);
         if (body.about_z) a = vector_about_z(a, body.beta[0], -body.beta[1]);
         if (body.about_x) a = vector_about_x(a, body.alpha[0], -body.alpha[1]);
         return vector_about_z(a, to.cosine, -to.sine);
@@ -351,16 +350,14 @@ struct ArticulatedTree {
     // s · f, and v + s x.
     S along(const Body& body, int at, const Spatial<S>& f) const {
         const int d = model.slots[at].direction;
-        const Vec3<S>& part = d < 3 ? f.linear : f.angular;
-        const S own = d % 3 == 0 ? part.x : d % 3 == 1 ? part.y : part.z;
-        return body.joint == Joint::helix ? own + f.linear.z * body.pitch : own;
+        const S own = entry(d < 3 ? f.linear : f.angular, d % 3);
+        return body.pitch != 0.0 ? own + f.linear.z * body.pitch : own;
     }
 
     void add_along(const Body& body, int at, const S& x, Spatial<S>& v) const {
         const int d = model.slots[at].direction;
-        Vec3<S>& part = d < 3 ? v.linear : v.angular;
-        (d % 3 == 0 ? part.x : d % 3 == 1 ? part.y : part.z) += x;
-        if (body.joint == Joint::helix) v.linear.z += x * body.pitch;
+        entry(d < 3 ? v.linear : v.angular, d % 3) += x;
+        if (body.pitch != 0.0) v.linear.z += x * body.pitch;
     }
 };
 

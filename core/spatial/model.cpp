@@ -15,12 +15,7 @@ using Matrix = Mat3<double>;
 // Sines below this are rounding; axes that differ by less do not say well what is across them.
 constexpr double kSmallestAngle = 1e-6;
 
-constexpr int kFreedoms[] = {1, 1, 1, 1, 3, 6, 3, 3, 3};
-constexpr int kCoordinates[] = {1, 2, 1, 1, 4, 7, 4, 3, 3};
-constexpr int kDirections[][6] = {
-    {5}, {5}, {2}, {5}, {3, 4, 5}, {0, 1, 2, 3, 4, 5}, {0, 1, 5}, {0, 1, 2}, {3, 4, 5}};
-
-bool has_axis(int joint) { return joint <= static_cast<int>(Joint::helix); }
+bool has_axis(const GivenBody& body) { return joint_types()[body.joint].has_axis(); }
 
 Vector normalized(const Vector& a) { return a * (1.0 / std::sqrt(dot(a, a))); }
 
@@ -41,15 +36,6 @@ Matrix axes_between(const Vector& axis, const Vector& next) {
     if (!(std::sqrt(dot(across, across)) > kSmallestAngle)) return axes_along(axis);
     across = normalized(across - axis * dot(axis, across));
     return {across, cross(axis, across), axis};
-}
-
-Matrix transposed(const Matrix& a) {
-    return {{a.x.x, a.y.x, a.z.x}, {a.x.y, a.y.y, a.z.y}, {a.x.z, a.y.z, a.z.z}};
-}
-
-void write(const Matrix& a, double* to) {
-    const double rows[9] = {a.x.x, a.y.x, a.z.x, a.x.y, a.y.y, a.z.y, a.x.z, a.y.z, a.z.z};
-    for (int i = 0; i < 9; ++i) to[i] = rows[i];
 }
 
 void write(const Vector& a, double* to) {
@@ -76,22 +62,19 @@ void write_angles(const Matrix& f, Body& body) {
 
 }  // namespace
 
-int freedoms_of(Joint joint) { return kFreedoms[static_cast<int>(joint)]; }
-int coordinates_of(Joint joint) { return kCoordinates[static_cast<int>(joint)]; }
-
 // The axes of all bodies in those of their joints, chosen such that most β are nothing.
 static std::vector<Matrix> axes_of_bodies(const std::vector<GivenBody>& given) {
     const int count = static_cast<int>(given.size());
     std::vector<Matrix> turns(count + 1, identity<double>());
     std::vector<char> chosen(count + 1, 0);
     for (int k = 1; k <= count; ++k)
-        if (has_axis(given[k - 1].joint)) turns[k] = axes_along(vec3<double>(given[k - 1].axis));
+        if (has_axis(given[k - 1])) turns[k] = axes_along(vec3<double>(given[k - 1].axis));
     for (int k = 1; k <= count; ++k) {
         const GivenBody& child = given[k - 1];
         const int parent = child.parent;
-        if (parent == 0 || chosen[parent] || !has_axis(child.joint)) continue;
+        if (parent == 0 || chosen[parent] || !has_axis(child)) continue;
         const GivenBody& above = given[parent - 1];
-        if (!has_axis(above.joint)) continue;
+        if (!has_axis(above)) continue;
         const Vector next = mat3<double>(child.rotation) * vec3<double>(child.axis);
         const Vector across = cross(vec3<double>(above.axis), next);
         if (!(std::sqrt(dot(across, across)) > kSmallestAngle)) continue;
@@ -108,7 +91,7 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
     model.nv = nv;
     model.bodies.resize(given.size() + 1);
     const std::vector<Matrix> turns = axes_of_bodies(given);
-    for (Body& body : model.bodies) write(identity<double>(), body.turn);
+    for (Body& body : model.bodies) to_rows(identity<double>(), body.turn);
     std::vector<int> last_v(count + 1, -1);
     std::vector<char> seen(nv, 0);
     model.parent_v.assign(nv, -1);
@@ -116,22 +99,24 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
         const GivenBody& from = given[k - 1];
         Body& body = model.bodies[k];
         body.parent = from.parent;
-        body.joint = static_cast<Joint>(from.joint);
+        body.type = joint_types()[from.joint];
         body.q = from.q;
         body.slot = static_cast<int>(model.slots.size());
-        body.freedoms = freedoms_of(body.joint);
+        body.freedoms = body.type.freedoms();
         body.pitch = from.pitch;
         std::copy(from.axis, from.axis + 3, body.radius);
-        model.has_ellipsoids = model.has_ellipsoids || body.joint == Joint::ellipsoid;
+        model.has_ellipsoids = model.has_ellipsoids || body.type.turn == Turn::ellipsoid;
         body.ratio = from.ratio;
         body.offset = from.offset;
         const Matrix &turn = turns[k], to_own = transposed(turn);
-        write(turn, body.turn);
+        to_rows(turn, body.turn);
         const Matrix above = transposed(turns[from.parent]);
         const Matrix rotation = above * mat3<double>(from.rotation) * turn;
-        write(rotation, body.rotation);
+        to_rows(rotation, body.rotation);
         write(above * vec3<double>(from.shift), body.shift);
-        if (body.turns_about_z()) write_angles(rotation, body);
+        const bool about_axis = body.type.turn == Turn::angle || body.type.turn == Turn::circle;
+        body.turns_about_z = about_axis && body.freedoms == 1 && body.pitch == 0.0;
+        if (body.turns_about_z) write_angles(rotation, body);
         body.mass = from.mass;
         write(to_own * vec3<double>(from.moment), body.moment);
         const double* i = from.inertia;
@@ -145,7 +130,7 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
             seen[v] = 1;
             model.has_followers = model.has_followers || follows;
             model.slots.push_back(
-                {k, kDirections[from.joint][d], v, from.ratio, follows ? 0.0 : armature[v]});
+                {k, body.type.direction(d), v, from.ratio, follows ? 0.0 : armature[v]});
             if (follows) continue;
             model.parent_v[v] = last_v[k];
             last_v[k] = v;

@@ -10,24 +10,40 @@
 
 namespace impulsekit {
 
-// Kinds of joints, the entries of q they take, and their motion; single axes are z of the body.
-enum class Joint {
-    angle,        // 1: turns about z
-    circle,       // 2: the same by cosine and sine
-    slide,        // 1: along z
-    helix,        // 1: turns about z and goes along it by the pitch
-    ball,         // 4: a quaternion
-    free,         // 7: place and quaternion
-    planar,       // 4: x, y, cosine, sine
-    translation,  // 3
-    ellipsoid,    // 3: turns about x, y, z in turn while its origin runs over an ellipsoid
+// Rotations of a joint, by the last of its entries of q.
+enum class Turn {
+    none,
+    angle,       // 1: about z
+    circle,      // 2: about z, by cosine and sine
+    quaternion,  // 4
+    ellipsoid,   // 3: about x, y, z in turn, while the origin runs over an ellipsoid
 };
+
+// A type of joint: places along some axes of its frame, and then a rotation. Its velocities are in
+// the axes of its body. `joint_types` has all; a new one is an entry there.
+struct JointType {
+    const char* name;
+    int places;    // entries of q that are lengths
+    int along[3];  // the axis of each: 0 to 2
+    Turn turn;
+
+    int coordinates() const;
+    int freedoms() const;
+    // Of its i-th entry of v: see Slot.
+    int direction(int i) const;
+    // True if it moves along z and about z alone, which is then the axis that is given.
+    bool has_axis() const;
+};
+
+// Joint types in the order of their numbers.
+const std::vector<JointType>& joint_types();
 
 struct Body {
     int parent = 0;
-    Joint joint = Joint::angle;
+    JointType type{};
     int q = 0;                   // first entry of q
     int slot = 0, freedoms = 0;  // first of its slots, and how many
+    bool turns_about_z = false;  // and does nothing else
     bool about_x = false;        // whether α, β are not nothing
     bool about_z = false;
     double rotation[9] = {};  // of the joint in its parent's axes, row by row
@@ -38,16 +54,10 @@ struct Body {
     double mass = 0.0;                 // [kg]
     double moment[3] = {};             // mass times centre [kg m]
     double inertia[6] = {};            // about the joint: xx, xy, xz, yy, yz, zz [kg m²]
-    double pitch = 0.0;                // of a helix [m/rad]
+    double pitch = 0.0;                // along z with a turn about it [m/rad]
     double ratio = 1.0, offset = 0.0;  // of one that follows another: q = ratio q' + offset
     double radius[3] = {};             // of an ellipsoid [m]
     double turn[9] = {};               // from these axes of the body to those of its joint
-
-    bool turns_about_z() const { return joint == Joint::angle || joint == Joint::circle; }
-    // True if the joint has one number, which a joint that follows it can multiply.
-    bool is_scalar() const {
-        return joint == Joint::angle || joint == Joint::slide || joint == Joint::helix;
-    }
 };
 
 // One way in which one body moves: an entry of v, or of several that follow it.
@@ -68,16 +78,13 @@ struct Model {
 
 // A body as it is given: in the axes of its joint, which are those of Pinocchio.
 struct GivenBody {
-    int parent = 0, joint = 0, q = 0, v = 0;
-    double axis[3];  // radii of an ellipsoid
+    int parent = 0, joint = 0, q = 0, v = 0;  // joint: number of its type
+    double axis[3];                           // radii of an ellipsoid
     double rotation[9], shift[3], mass, moment[3], inertia[6], pitch, ratio, offset;
 };
 
 // The tables of a tree. `armature`: (nv) [kg m², kg]. Bodies that follow others have the v of
 // these.
 Model model_of(const std::vector<GivenBody>& bodies, int nq, int nv, const double* armature);
-
-int freedoms_of(Joint joint);
-int coordinates_of(Joint joint);
 
 }  // namespace impulsekit

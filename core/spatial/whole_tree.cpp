@@ -30,13 +30,7 @@ std::vector<double> placements(const Model& model, const double* q) {
     const Tree<double> tree = placed(model, q);
     std::vector<double> found;
     for (int k = 0; k < tree.count(); ++k) {
-        const Mat3<double> turn = mat3<double>(model.bodies[k].turn);
-        const Vec3<double> rows[3] = {{turn.x.x, turn.y.x, turn.z.x},
-                                      {turn.x.y, turn.y.y, turn.z.y},
-                                      {turn.x.z, turn.y.z, turn.z.z}};
-        // R turnᵀ, by columns; then by rows.
-        const Mat3<double> r{tree.rotation[k] * rows[0], tree.rotation[k] * rows[1],
-                             tree.rotation[k] * rows[2]};
+        const Mat3<double> r = tree.rotation[k] * transposed(mat3<double>(model.bodies[k].turn));
         const Vec3<double> p = tree.world_place(tree.origin[k]);
         found.insert(found.end(), {r.x.x, r.y.x, r.z.x, r.x.y, r.y.y, r.z.y, r.x.z, r.y.z, r.z.z,
                                    p.x, p.y, p.z});

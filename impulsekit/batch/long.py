@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core import Bodies, Joint, Model
+from .._core import Bodies, Joint, Model, joint_sizes, unit_parts
 from ..errors import (
     InputError,
     NotFiniteError,
@@ -41,15 +41,6 @@ _KINDS = {
     "planar": Joint.planar,
     "freeflyer": Joint.free,
 }
-# How many entries of q and v each takes; where a unit vector begins, and its length.
-_SIZES = {
-    Joint.angle: (1, 1),
-    Joint.slide: (1, 1),
-    Joint.ball: (4, 3),
-    Joint.planar: (4, 3),
-    Joint.free: (7, 6),
-}
-_UNITS = {Joint.circle: (0, 2), Joint.planar: (2, 2), Joint.ball: (0, 4), Joint.free: (3, 4)}
 
 
 @public
@@ -76,11 +67,12 @@ class LongTree:
     def __init__(
         self, core: Model, joints: np.ndarray, bodies: np.ndarray, robot: Robot | None = None
     ) -> None:
-        # (bodies, 4) kind of each joint, its first entries of q and v, its entries of v; and the
-        # core's body of each.
+        # (bodies, 3) first entries of q and v of each joint, and its entries of v; the core's body
+        # of each; (units, 2) first entry and length of each unit vector in q.
         self._core, self._joints, self._bodies, self._robot = core, joints, bodies, robot
         self.bodies = len(bodies)
         self.nq, self.nv = core.nq, core.nv
+        self._units = np.array(unit_parts(core), dtype=int).reshape(-1, 2)
 
     def __repr__(self) -> str:
         return one_line("LongTree", f"{self.bodies} bodies", nq=self.nq, nv=self.nv)
@@ -90,10 +82,9 @@ class LongTree:
         if self._robot is not None:
             return self._robot.neutral()
         q = np.zeros(self.nq)
-        for kind, (first, size) in _UNITS.items():
-            # A circle begins with its cosine, a quaternion ends with what is 1.
-            entry = first if size == 2 else first + 3
-            q[self._joints[self._joints[:, 0] == kind, 1] + entry] = 1.0
+        # A circle begins with its cosine, a quaternion ends with what is 1.
+        first, size = self._units.T
+        q[first + np.where(size == 2, 0, 3)] = 1.0
         return q
 
     def solve(
@@ -145,11 +136,11 @@ class LongTree:
         """
         if self._robot is not None:
             body = self._robot.joint_id(joint) - 1
-        elif joint == "root_joint" and self._joints[0, 3] != 1:
+        elif joint == "root_joint" and self._joints[0, 2] != 1:
             body = 0
         else:
             body = self._numbered(joint, "joint")
-        return int(self._joints[body, 2]), int(self._joints[body, 3])
+        return int(self._joints[body, 1]), int(self._joints[body, 2])
 
     def _numbered(self, name: str, kind: str) -> int:
         head, _, tail = str(name).partition("_")
@@ -159,13 +150,13 @@ class LongTree:
         raise UnknownNameError.among(kind, str(name), known)
 
     def _check_units(self, q: np.ndarray) -> None:
-        for kind, (first, size) in _UNITS.items():
-            bodies = np.flatnonzero(self._joints[:, 0] == kind)
-            units = q[self._joints[bodies, 1][:, None] + first + np.arange(size)]
-            lengths = np.sqrt((units**2).sum(axis=1))
+        for size in (2, 4):
+            first = self._units[self._units[:, 1] == size, 0]
+            lengths = np.linalg.norm(q[first[:, None] + np.arange(size)], axis=1)
             wrong = np.flatnonzero(np.abs(lengths - 1.0) > UNIT)
             if wrong.size:
-                body, length = bodies[wrong[0]] + 1, float(lengths[wrong[0]])
+                body = int(np.searchsorted(self._joints[:, 0], first[wrong[0]], side="right"))
+                length = float(lengths[wrong[0]])
                 raise StateError(
                     f"configuration q: the unit vector of body {body} has length "
                     f"{length:.9g}, expected 1 within {UNIT:g}",
@@ -387,13 +378,7 @@ def _of_robot(robot: Robot) -> LongTree:
     flat = flat_model_of(robot)
     if flat.core.has_followers or flat.core.has_ellipsoids:
         raise InputError("a long tree has no joints that follow others, and no ellipsoids")
-    joints = np.zeros((model.njoints - 1, 4), dtype=int)
-    for row, joint in zip(joints, list(model.joints)[1:], strict=True):
-        kind = Joint.circle if (joint.nq, joint.nv) == (2, 1) else Joint.angle
-        kind = {(4, 3): Joint.ball, (7, 6): Joint.free}.get((joint.nq, joint.nv), kind)
-        if joint.shortname() == "JointModelPlanar":
-            kind = Joint.planar
-        row[:] = kind, joint.idx_q, joint.idx_v, joint.nv
+    joints = np.array([(joint.idx_q, joint.idx_v, joint.nv) for joint in list(model.joints)[1:]])
     return LongTree(flat.core, joints, np.array(flat.bodies[1:]), robot)
 
 
@@ -408,7 +393,7 @@ def _joined(
     inertias: np.ndarray,
 ) -> LongTree:
     n = len(parents)
-    sizes = np.array([_SIZES[kind] for kind in kinds.tolist()])
+    sizes = np.array(joint_sizes())[kinds]
     first = np.cumsum(sizes, axis=0) - sizes
     square = (centres**2).sum(axis=1)[:, None, None] * np.eye(3)
     about = inertias + masses[:, None, None] * (square - centres[:, :, None] * centres[:, None, :])
@@ -429,7 +414,7 @@ def _joined(
         offset=np.zeros(n),
     )
     nq, nv = sizes.sum(axis=0).tolist()
-    joints = np.column_stack([kinds, first, sizes[:, 1]])
+    joints = np.column_stack([first, sizes[:, 1]])
     return LongTree(Model(bodies, np.zeros(nv), nq), joints, np.arange(1, n + 1))
 
 

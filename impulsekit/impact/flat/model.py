@@ -25,8 +25,8 @@ _KINDS = {
     "JointModelRevoluteUnboundedUnalignedTpl": Joint.circle,
     **{f"JointModelP{axis}": Joint.slide for axis in "XYZ"},
     "JointModelPrismaticUnaligned": Joint.slide,
-    **{f"JointModelH{axis}": Joint.helix for axis in "XYZ"},
-    "JointModelHelicalUnaligned": Joint.helix,
+    **{f"JointModelH{axis}": Joint.angle for axis in "XYZ"},
+    "JointModelHelicalUnaligned": Joint.angle,
     "JointModelSpherical": Joint.ball,
     "JointModelFreeFlyer": Joint.free,
     "JointModelPlanar": Joint.planar,
@@ -156,7 +156,7 @@ def _parts(joint: Any, placement: pin.SE3, q: int, v: int, name: str) -> list[_P
         ]
     if kind not in _KINDS:
         raise InputError(f'joint "{name}": a {kind} is not known here')
-    pitch = float(own.pitch) if _KINDS[kind] == Joint.helix else 0.0
+    pitch = float(getattr(own, "pitch", 0.0))
     return [_Part(_KINDS[kind], _axis(own, kind), placement, q, v, pitch)]
 
 
@@ -189,9 +189,8 @@ def _following(joint: Any, leader: Any, name: str) -> list[_Part]:
     if turn < 0.5:
         kind, axis, pitch = Joint.slide, along[:3], 0.0
     else:
-        axis = along[3:] / turn
+        kind, axis = Joint.angle, along[3:] / turn
         pitch = float(along[:3] @ axis)
-        kind = Joint.helix if pitch else Joint.angle
     return [
         _Part(
             kind, axis, pin.SE3.Identity(), leader.idx_q, leader.idx_v, pitch,
