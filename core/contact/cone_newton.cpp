@@ -16,6 +16,8 @@ constexpr int kNewtonSteps = 60, kHalvings = 10;
 constexpr int kMemory = 4;
 // A share of the decrease that a line foretells, which a step must give at least (Armijo).
 constexpr double kDecrease = 1e-4;
+// Bounds of the balance of a group: beyond them the smaller part is rounding of the larger.
+constexpr double kMostBalance = 1e4;
 // Steps in which a compliance of 1 falls tenfold.
 constexpr int kSofter = 9;
 
@@ -47,28 +49,47 @@ void sweep(const ConeSystem& s, const double* A, double* P, int count) {
 
 }  // namespace
 
+void balance_groups(const ConeSystem& s, const double* P, const double* xi, double* balance) {
+    for (int k = 0; k < s.groups; ++k) {
+        const int r = s.first[k], size = s.size[k];
+        const double slip = hypot_of(xi + r, size), carried = hypot_of(P + r, size);
+        balance[k] = carried > slip ? std::min(carried / slip, kMostBalance) : 1.0;
+    }
+}
+
 bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
     double *xi = arena.allocate(m), *F = arena.allocate(m), *J = arena.allocate(m, m),
            *step = arena.allocate(m);
     double *trial = arena.allocate(m), *best = arena.allocate(m);
+    double* balance = arena.allocate(s.groups);
     int* pivot = arena.allocate_int(m);
     double recent[kMemory];
     std::fill(recent, recent + kMemory, INFINITY);
-    auto evaluate = [&](const double* x) {
-        multiply(A, m, x, s.b, xi);
-        natural_map_residual(s, x, xi, F);
+    const auto norm_of = [&](const double* x, const double* rho) {
+        natural_map_residual(s, rho, x, xi, F);
         return dot(F, F, m);
     };
-    double norm = evaluate(P), least = norm;
+    multiply(A, m, P, s.b, xi);
+    double least = norm_of(P, s.even);
     std::copy(P, P + m, best);
     bool polished = false;
     for (int count = 0; count < kNewtonSteps; ++count, ++steps) {
         double size = std::max(1.0, largest(P, m));
         poll(m, m, 1 + kHalvings);
-        if (norm <= tolerance::rounding * tolerance::rounding * size * size) break;
-        natural_map_jacobian(s, A, P, xi, J);
+        const double left = count == 0 ? least : norm_of(P, s.even);
+        if (left < least) {
+            least = left;
+            std::copy(P, P + m, best);
+        } else if (polished) {
+            break;
+        }
+        if (least <= tolerance::rounding * tolerance::rounding * size * size) break;
+        polished = least <= tolerance::immovable * size * size;
+        balance_groups(s, P, xi, balance);
+        const double norm = norm_of(P, balance);
+        natural_map_jacobian(s, A, balance, P, xi, J);
         if (!factor_lu(J, m, pivot)) break;
         for (int i = 0; i < m; ++i) step[i] = -F[i];
         solve_lu(J, pivot, m, step);
@@ -79,19 +100,12 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
         double share = 1.0, found = norm;
         for (int half = 0; half <= kHalvings; ++half, share *= 0.5) {
             for (int i = 0; i < m; ++i) trial[i] = P[i] + share * step[i];
-            found = evaluate(trial);
+            multiply(A, m, trial, s.b, xi);
+            found = norm_of(trial, balance);
             if (found <= (1.0 - kDecrease * share) * bar) break;
         }
         if (!(found < INFINITY)) break;
         std::copy(trial, trial + m, P);
-        norm = found;
-        if (norm < least) {
-            least = norm;
-            std::copy(P, P + m, best);
-        } else if (polished) {
-            break;
-        }
-        polished = least <= tolerance::immovable * size * size;
     }
     std::copy(best, best + m, P);
     double size = std::max(1.0, largest(P, m));

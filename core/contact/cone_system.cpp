@@ -74,6 +74,8 @@ ConeSystem build_system(const double* W, int rows, const double* b, double scale
     s.size = arena.allocate_int(g);
     s.contact = arena.allocate_int(g);
     s.friction = arena.allocate(g);
+    s.even = arena.allocate(g);
+    std::fill(s.even, s.even + g, 1.0);
     double mobility = 0.0;
     for (int r = 0; r < rows; ++r) mobility = std::max(mobility, W[r * rows + r]);
     int* place = arena.allocate_int(n);
@@ -125,23 +127,24 @@ double radius_of(const ConeSystem& s, int group, const double* P, const double* 
     return s.friction[group] * (std::max(s.floor[c], P[n] - xi[n]) + s.adhesion[c]);
 }
 
-void natural_map_residual(const ConeSystem& s, const double* P, const double* xi, double* F) {
+void natural_map_residual(const ConeSystem& s, const double* balance, const double* P,
+                          const double* xi, double* F) {
     for (int c = 0; c < s.contacts; ++c) {
         int r = s.normal[c];
         F[r] = P[r] - std::max(s.floor[c], P[r] - xi[r]);
     }
     for (int k = 0; k < s.groups; ++k) {
         int r = s.first[k], size = s.size[k];
-        double radius = radius_of(s, k, P, xi), trial[2];
-        for (int j = 0; j < size; ++j) trial[j] = P[r + j] - xi[r + j];
+        double radius = radius_of(s, k, P, xi), rho = balance[k], trial[2];
+        for (int j = 0; j < size; ++j) trial[j] = P[r + j] - rho * xi[r + j];
         double length = hypot_of(trial, size);
         for (int j = 0; j < size; ++j)
-            F[r + j] = length <= radius ? xi[r + j] : P[r + j] - radius * trial[j] / length;
+            F[r + j] = length <= radius ? rho * xi[r + j] : P[r + j] - radius * trial[j] / length;
     }
 }
 
-void natural_map_jacobian(const ConeSystem& s, const double* A, const double* P, const double* xi,
-                          double* J) {
+void natural_map_jacobian(const ConeSystem& s, const double* A, const double* balance,
+                          const double* P, const double* xi, double* J) {
     const int m = s.rows;
     for (int c = 0; c < s.contacts; ++c) {
         int r = s.normal[c];
@@ -156,11 +159,11 @@ void natural_map_jacobian(const ConeSystem& s, const double* A, const double* P,
     for (int k = 0; k < s.groups; ++k) {
         const int r = s.first[k], size = s.size[k], c = s.contact[k];
         const int n = c < 0 ? -1 : s.normal[c];
-        double radius = radius_of(s, k, P, xi), trial[2];
-        for (int j = 0; j < size; ++j) trial[j] = P[r + j] - xi[r + j];
+        double radius = radius_of(s, k, P, xi), rho = balance[k], trial[2];
+        for (int j = 0; j < size; ++j) trial[j] = P[r + j] - rho * xi[r + j];
         double length = hypot_of(trial, size);
         if (length <= radius) {
-            std::copy(A + r * m, A + (r + size) * m, J + r * m);
+            for (int q = r * m; q < (r + size) * m; ++q) J[q] = rho * A[q];
             continue;
         }
         // F = P_g − µ z_n s with s = z/|z|: ds = (1 − s sᵀ) dz/|z|.
@@ -175,7 +178,7 @@ void natural_map_jacobian(const ConeSystem& s, const double* A, const double* P,
                 if (weight == 0.0) continue;
                 row[r + j] -= weight;
                 const double* own = A + (r + j) * m;
-                for (int q = 0; q < m; ++q) row[q] += weight * own[q];
+                for (int q = 0; q < m; ++q) row[q] += weight * rho * own[q];
             }
             if (n >= 0 && P[n] - xi[n] > s.floor[c]) {
                 double weight = s.friction[k] * trial[i] / length;
@@ -192,7 +195,7 @@ double residual_of(const ConeSystem& s, const double* P, Arena& arena) {
     double* xi = arena.allocate(s.rows);
     double* F = arena.allocate(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
-    natural_map_residual(s, P, xi, F);
+    natural_map_residual(s, s.even, P, xi, F);
     return largest(F, s.rows);
 }
 

@@ -22,6 +22,7 @@ struct ConeSystem {
     int* size = nullptr;               // (groups)
     int* contact = nullptr;            // (groups)
     double* friction = nullptr;        // (groups)
+    double* even = nullptr;            // (groups) ones, the balance of what is measured
     double velocity = 1.0;
     bool blocked = false;
 };
@@ -34,12 +35,14 @@ double hypot_of(const double* x, int size);
 // The largest |P_g| of a group: µ times A and the normal impulse that P − ξ is projected to.
 double radius_of(const ConeSystem& s, int group, const double* P, const double* xi);
 
-// F of the natural map (Alart & Curnier 1991): P − Π(P − ξ), zero where P obeys the law.
-void natural_map_residual(const ConeSystem& s, const double* P, const double* xi, double* F);
+// F of the natural map (Alart & Curnier 1991): P − Π(P − ρ ξ), zero where P obeys the law. ρ > 0
+// is 1 along normals, and of each group that of `balance` (groups).
+void natural_map_residual(const ConeSystem& s, const double* balance, const double* P,
+                          const double* xi, double* F);
 
 // A derivative of F by P, with `A` the matrix of ξ.
-void natural_map_jacobian(const ConeSystem& s, const double* A, const double* P, const double* xi,
-                          double* J);
+void natural_map_jacobian(const ConeSystem& s, const double* A, const double* balance,
+                          const double* P, const double* xi, double* J);
 
 // The largest entry of F in units of the largest velocity: where no answer is, impulses grow until
 // what is left is nothing beside them, but not beside the velocities.

@@ -69,7 +69,6 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
     double* shares = arena.allocate(s.rows);
     Held held(s, arena);
     if (!solve_from_sticking(s, held, own, solution.steps, arena)) {
-        std::fill(own, own + s.rows, 0.0);
         start_without_noise(s, held, own, solution.steps, arena);
         solve_redundant(s, held, own, solution.steps, arena);
         find_shares(s, own, held, shares, arena);

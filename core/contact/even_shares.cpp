@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/rigid_limit.hpp"
 #include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
 
 namespace impulsekit {
 namespace {
 
-constexpr int kProximalSteps = 8, kHeldRounds = 2;
+// Compliances that are tried beside the first, each a share of the one before.
+constexpr int kRounds = 4;
+constexpr double kFall = 1e-2;
 
 // Rows that P − ξ holds: normals above their floors, and groups within their cones; with those that
 // rounding of P by `slack` would hold.
@@ -68,18 +71,6 @@ void stick(const ConeSystem& s, const Held& held, double* P, Arena& arena) {
     }
 }
 
-// True if all groups at the edges of their cones slip by more than `slack`. In the limit of g → 0
-// some may stay: their slip is of the order of g, and its direction is not to be seen in ξ.
-bool edges_slip(const ConeSystem& s, const double* P, const double* xi, double slack) {
-    for (int k = 0; k < s.groups; ++k) {
-        const double radius = radius_of(s, k, P, xi), edge = radius - slack;
-        if (radius > 0.0 && hypot_of(P + s.first[k], s.size[k]) >= edge &&
-            hypot_of(xi + s.first[k], s.size[k]) <= slack)
-            return false;
-    }
-    return true;
-}
-
 // True if a P holds what it was thought to, a part of which is of full rank as the whole is; then
 // `held` has what it holds.
 bool holds_as_thought(const ConeSystem& s, const double* P, const double* xi, Held& held,
@@ -95,29 +86,28 @@ bool holds_as_thought(const ConeSystem& s, const double* P, const double* xi, He
            (held.rank == count && std::includes(before, before + count, held.rows, end));
 }
 
-// P by Newton's method on ξ + D^½ N D^½ P with N of what is held. Where it is zero both parts are,
-// for they are at right angles: P is the answer of A + g D in the limit g → 0, of equally stiff
-// springs. False where held rows do not come to be those thought of, or contradict each other.
-bool solve_evenly(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
+// Rows that are still in the limit of rigidity: their velocities fall with the compliance from that
+// of `softer` to that of P, by `kFall`, and others stay.
+void find_still(const ConeSystem& s, const double* softer, const double* P, double compliance,
+                Held& held, Arena& arena) {
     Arena::Scope scope(arena);
-    const int m = s.rows;
-    double *even = arena.allocate(m, m), *xi = arena.allocate(m);
-    for (int round = 0; round < kHeldRounds; ++round) {
-        const int n = held.count;
-        factor_held(s, held, arena);
-        std::copy(s.A, s.A + m * m, even);
-        for (int i = 0; i < n && held.is_redundant(); ++i)
-            for (int j = 0; j < n; ++j)
-                even[held.rows[i] * m + held.rows[j]] +=
-                    held.root[i] * held.projector[i * n + j] * held.root[j];
-        if (!newton(s, even, P, steps, arena)) return false;
-        multiply(even, m, P, s.b, xi);
-        const bool is_redundant = held.is_redundant();
-        if (holds_as_thought(s, P, xi, held, arena))
-            return !is_redundant || (edges_slip(s, P, xi, tolerance::at_rest) &&
-                                     residual_of(s, P, arena) <= tolerance::at_rest);
+    double *before = arena.allocate(s.rows), *now = arena.allocate(s.rows);
+    multiply(s.A, s.rows, softer, s.b, before);
+    multiply(s.A, s.rows, P, s.b, now);
+    const double rounding = tolerance::solved * largest(P, s.rows), fall = std::sqrt(kFall);
+    const auto is_still = [&](int r, int size) {
+        return hypot_of(now + r, size) <= fall * hypot_of(before + r, size) + rounding;
+    };
+    held.count = 0;
+    for (int c = 0; c < s.contacts; ++c)
+        if (is_still(s.normal[c], 1)) held.rows[held.count++] = s.normal[c];
+    for (int k = 0; k < s.groups; ++k) {
+        const int r = s.first[k], c = s.contact[k], n = c < 0 ? -1 : s.normal[c];
+        const double soft = n < 0 ? 0.0 : now[n] + compliance * s.mobility_ratio[n] * P[n];
+        const bool is_loaded = n < 0 || P[n] - soft + s.adhesion[c] > 0.0;
+        if (is_loaded && is_still(r, s.size[k]))
+            for (int j = 0; j < s.size[k]; ++j) held.rows[held.count++] = r + j;
     }
-    return false;
 }
 
 }  // namespace
@@ -131,9 +121,8 @@ bool solve_from_sticking(const ConeSystem& s, Held& held, double* P, int& steps,
     const bool is_redundant = held.is_redundant();
     if (!is_redundant && !newton(s, s.A, P, steps, arena)) return false;
     multiply(s.A, s.rows, P, s.b, xi);
-    if (holds_as_thought(s, P, xi, held, arena))
-        return !is_redundant || residual_of(s, P, arena) <= tolerance::at_rest;
-    return !is_redundant && solve_evenly(s, held, P, steps, arena);
+    return holds_as_thought(s, P, xi, held, arena) &&
+           (!is_redundant || residual_of(s, P, arena) <= tolerance::at_rest);
 }
 
 void find_shares(const ConeSystem& s, const double* P, Held& held, double* shares, Arena& arena) {
@@ -154,30 +143,24 @@ void find_shares(const ConeSystem& s, const double* P, Held& held, double* share
 bool solve_redundant(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
-    double *soft = arena.allocate(m, m), *softer = arena.allocate(m), *xi = arena.allocate(m);
-    held.is_factored = false;
-    add_to_diagonal(s, 2.0 * tolerance::compliance, soft);
-    bool solved = solve_from(s, soft, P, steps, arena);
-    std::copy(P, P + m, softer);
-    multiply(soft, m, P, s.b, xi);
-    held.count = held_rows(s, P, xi, 0.0, held.rows);
-    multiply(s.A, m, P, s.b, xi);
-    if (edges_slip(s, P, xi, std::sqrt(tolerance::compliance))) {
-        if (solve_evenly(s, held, P, steps, arena)) return true;
-        std::copy(softer, softer + m, P);
-    }
-    add_to_diagonal(s, tolerance::compliance, soft);
-    solved = solve_from(s, soft, P, steps, arena) && solved;
-    for (int i = 0; i < m; ++i) P[i] = 2.0 * P[i] - softer[i];
-    ConeSystem step = s;
-    step.b = arena.allocate(m);
-    // If redundant rows contradict each other, a smaller compliance tells sooner which gives way.
+    double *soft = arena.allocate(m, m), *softer = arena.allocate(m), *firm = arena.allocate(m);
     double compliance = tolerance::compliance;
-    for (int count = 0; count < kProximalSteps; ++count, compliance *= 0.1) {
-        for (int i = 0; i < m; ++i) step.b[i] = s.b[i] - compliance * s.mobility_ratio[i] * P[i];
+    add_to_diagonal(s, compliance, soft);
+    bool solved = solve_from(s, soft, P, steps, arena);
+    // If redundant rows contradict each other, a smaller compliance tells which gives way.
+    for (int round = 0; round < kRounds; ++round) {
+        std::copy(P, P + m, softer);
+        compliance *= kFall;
         add_to_diagonal(s, compliance, soft);
-        solved = solve_from(step, soft, P, steps, arena);
-        if (residual_of(s, P, arena) <= tolerance::rounding * m) break;
+        solved = solve_from(s, soft, P, steps, arena);
+        std::copy(P, P + m, firm);
+        find_still(s, softer, P, compliance, held, arena);
+        factor_held(s, held, arena);
+        if (solve_rigid_limit(s, compliance, held.rows, held.count, held.projector, P, steps,
+                              arena) &&
+            residual_of(s, P, arena) <= tolerance::at_rest)
+            return true;
+        std::copy(firm, firm + m, P);
     }
     return solved;
 }

@@ -24,13 +24,11 @@ struct Held {
 };
 
 // P by one factorization where all that acts sticks; where it is of full rank Newton's method goes
-// on from there. False where neither is lawful.
+// on from there. False where neither is the answer.
 bool solve_from_sticking(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena);
 
-// Redundant contacts share their load as equally stiff springs do in the limit of rigidity: the
-// answer of W + g 1 for g → 0, which holds what a small g holds. Where it holds something else it
-// is extrapolated from two small g. Proximal steps, W + g 1 beside b − g P of the step before, then
-// bring that to an answer of W itself.
+// Redundant contacts share their load as equally stiff springs do in the limit of rigidity: from
+// answers of two small compliances, which tell the rows that are still there, to the limit itself.
 bool solve_redundant(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena);
 
 // P of velocities without what rounding of a motion left of them, as a start: where several answers

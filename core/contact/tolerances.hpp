@@ -13,7 +13,7 @@ inline constexpr double residual = 1e-9;
 // A pivot of the scaled Delassus matrix below this is that of a dependent row: 1e-6 of a length.
 inline constexpr double dependent = 1e-12;
 // Compliance of each contact beside its own mobility, with which redundant contacts are first
-// solved; which of them press and slip is the same as in the limit of rigidity.
+// solved on the way to the limit of rigidity.
 inline constexpr double compliance = 1e-6;
 // A contact whose square in the null space of the loaded rows is above this shares its load.
 inline constexpr double shared = 1e-9;
