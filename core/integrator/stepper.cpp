@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integrator/dop853.hpp"
-
 namespace impulsekit {
 namespace {
 
@@ -43,52 +41,56 @@ Stepper::Stepper(Method method, int places, int size, Accuracy accuracy, double 
       n_(size),
       accuracy_(accuracy),
       fixed_length_(fixed_length),
-      k_(dop853::all_stages * size),
+      k_(kDop853.all * size),
       trial_(size),
       end_(size) {}
 
-// All stages from the first, which stands in k_, to the end.
-bool Stepper::stages(const Rate& f, double t, const double* y, double h, double* end) {
-    namespace d = dop853;
-    for (int s = 1; s < d::stages; ++s) {
-        for (int j = 0; j < n_; ++j) {
-            double sum = 0.0;
-            for (int i = 0; i < s; ++i) sum += d::a[s][i] * k_[i * n_ + j];
-            trial_[j] = y[j] + h * sum;
+// y + h Σ weights rate of the first stages.
+void Stepper::weigh(const Tableau& m, int stage, const double* y, double h, double* to) const {
+    std::fill(to, to + n_, 0.0);
+    const auto add = [&](const double* rows, int begin, int end) {
+        const double* weights = rows + stage * m.all + 1;
+        for (int i = 0; i < stage; ++i) {
+            const double *k = k_.data() + i * n_, own = weights[i];
+            if (own == 0.0) continue;
+            for (int j = begin; j < end; ++j) to[j] += own * k[j];
         }
-        if (!f(t + d::c[s] * h, trial_.data(), k_.data() + s * n_)) return false;
-    }
-    for (int j = 0; j < n_; ++j) {
-        double sum = 0.0;
-        for (int i = 0; i < d::stages; ++i) sum += d::b[i] * k_[i * n_ + j];
-        end[j] = y[j] + h * sum;
+    };
+    add(m.places, 0, places_);
+    add(m.velocities, places_, n_);
+    for (int j = 0; j < n_; ++j) to[j] = y[j] + h * to[j];
+}
+
+// All stages from the first, which stands in k_, to the end, which is kept in end_.
+bool Stepper::stages(const Tableau& m, const Rate& f, const std::function<void(double*)>& project,
+                     double t, const double* y, double h) {
+    for (int s = 1; s <= m.stages; ++s) {
+        double* to = s == m.stages ? end_.data() : trial_.data();
+        weigh(m, s, y, h, to);
+        if (s == m.stages) project(to);
+        if (!f(t + m.velocities[s * m.all] * h, to, k_.data() + s * n_)) return false;
     }
     return true;
 }
 
-// The error of a step whose stages and rate at the end stand in k_.
-bool Stepper::dense(const Rate& f, double t, const double* y, double h, const double* end,
+// Dense output of a step whose stages stand in k_: the cubic through both ends, and what bends it.
+bool Stepper::dense(const Tableau& m, const Rate& f, double t, const double* y, double h,
                     Step& found) {
-    namespace d = dop853;
-    for (int s = d::stages + 1; s < d::all_stages; ++s) {
-        for (int j = 0; j < n_; ++j) {
-            double sum = 0.0;
-            for (int i = 0; i < s; ++i) sum += d::a[s][i] * k_[i * n_ + j];
-            trial_[j] = y[j] + h * sum;
-        }
-        if (!f(t + d::c[s] * h, trial_.data(), k_.data() + s * n_)) return false;
+    for (int s = m.stages + 1; s < m.all; ++s) {
+        weigh(m, s, y, h, trial_.data());
+        if (!f(t + m.velocities[s * m.all] * h, trial_.data(), k_.data() + s * n_)) return false;
     }
     found.begin_at(t, h, y, n_);
     double* shape = found.shape.data();
-    const double *first = k_.data(), *last = k_.data() + d::stages * n_;
+    const double *first = k_.data(), *last = k_.data() + m.stages * n_;
     for (int j = 0; j < n_; ++j) {
-        const double change = end[j] - y[j];
+        const double change = end_[j] - y[j];
         shape[j] = change;
         shape[n_ + j] = h * first[j] - change;
         shape[2 * n_ + j] = 2.0 * change - h * (last[j] + first[j]);
-        for (int r = 0; r < 4; ++r) {
+        for (int r = 0; r < m.count; ++r) {
             double sum = 0.0;
-            for (int i = 0; i < d::all_stages; ++i) sum += d::dense[r][i] * k_[i * n_ + j];
+            for (int i = 0; i < m.all; ++i) sum += m.bends[r * m.all + i] * k_[i * n_ + j];
             shape[(3 + r) * n_ + j] = h * sum;
         }
     }
@@ -96,27 +98,25 @@ bool Stepper::dense(const Rate& f, double t, const double* y, double h, const do
 }
 
 // The error of a step over what is allowed (Hairer, Norsett & Wanner 1993, eq. (II.10.17)).
-double Stepper::error(const double* y, const double* end, double h) const {
-    namespace d = dop853;
-    double five = 0.0, three = 0.0;
+double Stepper::error(const Tableau& m, const double* y, double h) const {
+    double sums[2] = {};
     for (int j = 0; j < n_; ++j) {
-        const double scale = allowed(j, y[j], end[j]);
-        double e5 = 0.0, e3 = 0.0;
-        for (int i = 0; i <= d::stages; ++i) {
-            e5 += d::error5[i] * k_[i * n_ + j];
-            e3 += d::error3[i] * k_[i * n_ + j];
+        const double scale = allowed(j, y[j], end_[j]);
+        for (int e = 0; e < m.estimates; ++e) {
+            double own = 0.0;
+            for (int i = 0; i <= m.stages; ++i)
+                own += m.errors[e * (m.stages + 1) + i] * k_[i * n_ + j];
+            sums[e] += own * own / (scale * scale);
         }
-        five += e5 * e5 / (scale * scale);
-        three += e3 * e3 / (scale * scale);
     }
     // Squares of rounding may vanish. A NaN stays one: no step with it is taken.
-    const double both = (five + 0.01 * three) * n_;
-    return both == 0.0 ? 0.0 : std::abs(h) * five / std::sqrt(both);
+    const double both = (sums[0] + 0.01 * sums[1]) * n_;
+    return both == 0.0 ? 0.0 : std::abs(h) * sums[0] / std::sqrt(both);
 }
 
 // From the last stage, whose y stands in trial_, beside the end of the step.
 void Stepper::note_stiffness(double h) {
-    const double *last = k_.data() + dop853::stages * n_, *stage = last - n_;
+    const double *last = k_.data() + kDop853.stages * n_, *stage = last - n_;
     double rates = 0.0, places = 0.0;
     for (int j = 0; j < n_; ++j) {
         rates += (last[j] - stage[j]) * (last[j] - stage[j]);
@@ -128,53 +128,55 @@ void Stepper::note_stiffness(double h) {
         stiff_ = 0;
 }
 
+// Make the end of a step the state.
+bool Stepper::take(const Tableau& m, double* y, double* rate) {
+    std::copy(end_.begin(), end_.end(), y);
+    std::copy_n(k_.begin() + m.stages * n_, n_, rate);
+    ++steps;
+    return true;
+}
+
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || stiff_ >= kStiff;
     is_dopri5_ = false;
     if (implicit_) return implicit(f, project, t, y, rate, longest, found);
-    if (method_ != Method::dop853) return fixed(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
+    if (method_ != Method::dop853) {
+        const Tableau& m = method_ == Method::rk4 ? kRk4 : kSemiImplicit;
+        const double h = std::min(fixed_length_, longest);
+        return stages(m, f, project, t, y, h) && dense(m, f, t, y, h, found) && take(m, y, rate);
+    }
+    const auto attempt = [&](const Tableau& m, double h) {
+        return stages(m, f, project, t, y, h) ? error(m, y, h) : INFINITY;
+    };
+    const auto factor_of = [](const Tableau& m, double size) {
+        return std::max(kLeast, kSafety * std::pow(size, -1.0 / m.order));
+    };
+    if (longest < reach_ * next && longest > shortest_step(t)) {
+        const double size = attempt(kDopri5, longest),
+                     factor = std::min(kMost, factor_of(kDopri5, size));
+        reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
+        is_dopri5_ = size <= 1.0 && dense(kDopri5, f, t, y, longest, found);
+        if (is_dopri5_) return take(kDopri5, y, rate);
+    }
     double h = std::min(next, longest);
     // The rest behind a step is no crumb.
     if (h < longest && 1.01 * h >= longest) h = longest;
-    if (longest < reach_ * next && longest > shortest_step(t)) {
-        const double size = dopri5(f, project, t, y, longest, found);
-        const double factor = std::min(kMost, std::max(kLeast, kSafety * std::pow(size, -0.2)));
-        reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
-        is_dopri5_ = size <= 1.0;
-        if (is_dopri5_) {
-            std::copy(end_.begin(), end_.end(), y);
-            std::copy(k_.begin() + 6 * n_, k_.begin() + 7 * n_, rate);
-            ++steps;
-            return true;
-        }
-    }
     bool failed = false;
     for (int trial = 0; trial < kMostTrials; ++trial) {
         if (!(h > shortest_step(t))) return false;
-        double size = INFINITY;
-        if (stages(f, t, y, h, end_.data())) {
-            double* last = k_.data() + dop853::stages * n_;
-            project(end_.data());
-            size = f(t + h, end_.data(), last) ? error(y, end_.data(), h) : INFINITY;
-            if (size <= 1.0) note_stiffness(h);
-        }
-        if (size <= 1.0 && dense(f, t, y, h, end_.data(), found)) {
-            double factor = size > 0.0 ? kSafety * std::pow(size, -1.0 / 8.0) : kMost;
-            factor = std::min(failed ? 1.0 : kMost, std::max(kLeast, factor));
+        const double size = attempt(kDop853, h);
+        if (size <= 1.0) note_stiffness(h);
+        if (size <= 1.0 && dense(kDop853, f, t, y, h, found)) {
+            const double factor = std::min(failed ? 1.0 : kMost, factor_of(kDop853, size));
             reach_ = std::min(kReach, std::max(0.1 * kReach, kForget * reach_));
             // A step that was cut short by what lies ahead says little of the next.
             next = !failed && h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
-            std::copy(end_.begin(), end_.end(), y);
-            std::copy(k_.begin() + dop853::stages * n_, k_.begin() + (dop853::stages + 1) * n_,
-                      rate);
-            ++steps;
-            return true;
+            return take(kDop853, y, rate);
         }
         failed = true;
-        const bool finite = std::isfinite(size) && size > 1.0;
-        h *= finite ? std::max(kLeast, kSafety * std::pow(size, -1.0 / 8.0)) : 0.25;
+        h *= std::isfinite(size) && size > 1.0 ? factor_of(kDop853, size) : 0.25;
     }
     return false;
 }
@@ -182,62 +184,21 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
 bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& found) {
     const double* y = whole.before.data();
     const double h = end - whole.begin;
+    if (!implicit_ && method_ != Method::dop853) {
+        found = whole;
+        found.end = end;
+        return true;
+    }
+    if (!f(whole.begin, y, k_.data())) return false;
     if (implicit_) {
         std::vector<double> Z(3 * n_);
-        if (!f(whole.begin, y, k_.data())) return false;
         differentiate(f, whole.begin, y, k_.data());
         if (!collocate(f, whole.begin, y, h, Z.data())) return false;
         keep_cubic(whole.begin, y, h, Z.data(), found);
         return true;
     }
-    if (method_ != Method::dop853) {
-        found = whole;
-        found.end = end;
-        return true;
-    }
-    if (is_dopri5_)
-        return f(whole.begin, y, k_.data()) &&
-               dopri5(f, [](double*) {}, whole.begin, y, h, found) < INFINITY;
-    if (!f(whole.begin, y, k_.data()) || !stages(f, whole.begin, y, h, end_.data())) return false;
-    if (!f(end, end_.data(), k_.data() + dop853::stages * n_)) return false;
-    return dense(f, whole.begin, y, h, end_.data(), found);
-}
-
-// Fixed steps: their dense output is the cubic through both ends.
-bool Stepper::fixed(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
-                    double* rate, double longest, Step& found) {
-    const double h = std::min(fixed_length_, longest);
-    double *k1 = k_.data(), *k2 = k1 + n_, *k3 = k2 + n_, *k4 = k3 + n_;
-    std::copy(rate, rate + n_, k1);
-    if (method_ == Method::rk4) {
-        const auto at = [&](const double* k, double part) {
-            for (int j = 0; j < n_; ++j) trial_[j] = y[j] + part * h * k[j];
-            return trial_.data();
-        };
-        if (!f(t + 0.5 * h, at(k1, 0.5), k2) || !f(t + 0.5 * h, at(k2, 0.5), k3) ||
-            !f(t + h, at(k3, 1.0), k4))
-            return false;
-        for (int j = 0; j < n_; ++j)
-            end_[j] = y[j] + h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
-    } else {
-        for (int j = 0; j < n_; ++j) trial_[j] = j < places_ ? y[j] : y[j] + h * k1[j];
-        if (!f(t, trial_.data(), k2)) return false;
-        for (int j = 0; j < n_; ++j) end_[j] = j < places_ ? y[j] + h * k2[j] : trial_[j];
-    }
-    project(end_.data());
-    double* last = k_.data() + dop853::stages * n_;
-    if (!f(t + h, end_.data(), last)) return false;
-    found.begin_at(t, h, y, n_);
-    for (int j = 0; j < n_; ++j) {
-        const double change = end_[j] - y[j];
-        found.shape[j] = change;
-        found.shape[n_ + j] = h * k1[j] - change;
-        found.shape[2 * n_ + j] = 2.0 * change - h * (last[j] + k1[j]);
-    }
-    std::copy(end_.begin(), end_.end(), y);
-    std::copy(last, last + n_, rate);
-    ++steps;
-    return true;
+    const Tableau& m = is_dopri5_ ? kDopri5 : kDop853;
+    return stages(m, f, [](double*) {}, whole.begin, y, h) && dense(m, f, whole.begin, y, h, found);
 }
 
 }  // namespace impulsekit

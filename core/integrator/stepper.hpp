@@ -8,6 +8,7 @@
 #include <functional>
 #include <vector>
 
+#include "integrator/tableau.hpp"
 #include "linalg/tolerances.hpp"
 
 namespace impulsekit {
@@ -74,17 +75,18 @@ class Stepper {
     int steps = 0;
 
   private:
-    bool stages(const Rate& f, double t, const double* y, double h, double* end);
-    bool dense(const Rate& f, double t, const double* y, double h, const double* end, Step& found);
-    double error(const double* y, const double* end, double h) const;
+    void weigh(const Tableau& m, int stage, const double* y, double h, double* to) const;
+    bool stages(const Tableau& m, const Rate& f, const std::function<void(double*)>& project,
+                double t, const double* y, double h);
+    bool dense(const Tableau& m, const Rate& f, double t, const double* y, double h, Step& found);
+    double error(const Tableau& m, const double* y, double h) const;
+    bool take(const Tableau& m, double* y, double* rate);
     // The error allowed to an entry that a step changes.
     double allowed(int entry, double before, double after) const {
         const double size = entry < places_ ? std::abs(after - before)
                                             : std::max(std::abs(before), std::abs(after));
         return accuracy_.atol + accuracy_.rtol * size;
     }
-    double dopri5(const Rate& f, const std::function<void(double*)>& project, double t,
-                  const double* y, double h, Step& found);
     void note_stiffness(double h);
     bool implicit(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                   double* rate, double longest, Step& found);
@@ -92,8 +94,6 @@ class Stepper {
     void differentiate(const Rate& f, double t, const double* y, const double* rate);
     void foresee(double t, double h, double* Z) const;
     void keep_cubic(double t, const double* y, double h, const double* Z, Step& found) const;
-    bool fixed(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
-               double* rate, double longest, Step& found);
 
     Method method_;
     int places_, n_;
