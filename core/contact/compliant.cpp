@@ -13,7 +13,7 @@ namespace impulsekit {
 namespace {
 
 // Phases of sticking and slip; steps of one phase.
-constexpr int kMostPhases = 200, kMostSteps = 5000;
+constexpr int kMostPhases = 100000, kMostSteps = 5000;
 // Error of a step of slip, in units in which velocity, mobility and normal stiffness are 1.
 constexpr double kStepError = 1e-9, kImplicit = 1e3;
 // A spring that slips and holds less than this part of its first load keeps its way to the end:

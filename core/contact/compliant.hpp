@@ -10,7 +10,8 @@ namespace impulsekit {
 //     F_n = k δ, δ' = −u_n while it is compressed and −u_n/e² while it is restored,
 //     F_t = −κ k ζ, |F_t| <= µ F_n, and u_t − ζ' is the slip, opposite to F_t where |F_t| = µ F_n.
 // κ is the `ratio` of stiffnesses; k itself does not matter. Sticking is in closed form, of three
-// modes; slip, whose way turns, is integrated.
+// modes; slip, whose way turns, is integrated. Several contacts, whose modes change with whatever
+// any of them does, are followed as waves (lzb.hpp).
 PathImpact follow_compliant(const double* W, const double* free, double e, double mu, double ratio);
 
 }  // namespace impulsekit

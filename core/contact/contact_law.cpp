@@ -129,9 +129,8 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
 // The refusal of several contacts along the path of one.
 ContactSolution refuse_several(const Law& law, int n) {
     ContactSolution refusal;
-    std::string what = law.slip == Slip::compliant               ? "slip=\"compliant\""
-                       : law.restitution == Restitution::stronge ? "restitution=\"stronge\""
-                                                                 : "slip=\"path\"";
+    std::string what =
+        law.restitution == Restitution::stronge ? "restitution=\"stronge\"" : "slip=\"path\"";
     refusal.refused = "contacts: more than one of the " + std::to_string(n) +
                       " contacts would take part at once; " + what +
                       " follows one contact along its impact, and how several share it is not "
@@ -167,7 +166,7 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
         for (int k = 0; k < 3; ++k)
             for (int l = 0; l < 3; ++l)
                 W[3 * k + l] = problem.W[(3 * last + k) * rows + 3 * last + l];
-        Restitution own =
+        const Restitution own =
             law.restitution == Restitution::lzb ? Restitution::stronge : law.restitution;
         const double e = problem.restitution[last], mu = problem.friction[last];
         const PathImpact impact =
@@ -202,11 +201,15 @@ ContactSolution solve_along_path(const ContactProblem& problem, const Law& law) 
     return refuse_several(law, n);
 }
 
+// True if contacts that act at once share the impact by their stiffnesses.
+bool has_springs(const Law& law) {
+    return law.restitution == Restitution::lzb || law.slip == Slip::compliant;
+}
+
 // A law whose coefficients are numbers.
 ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
     if (law.order == Order::sequential) return solve_sequence(problem, law);
-    if (law.restitution == Restitution::lzb && problem.contacts > 1)
-        return solve_lzb(problem, law.exponent);
+    if (has_springs(law) && problem.contacts > 1) return solve_lzb(problem, law);
     if (law.slip != Slip::end) return solve_along_path(problem, law);
     return solve_simultaneous(problem, law);
 }
@@ -219,6 +222,29 @@ ContactSolution solve_numbers(const ContactProblem& problem, const Law& law) {
         if (count > 1) return solve_islands(problem, law, island, count);
     }
     return solve_plain(problem, law);
+}
+
+// The refusal of stiffnesses that are missing, or of one that cannot be: contacts that act at once
+// under slip="compliant" may all go without, and are then equally stiff.
+std::string refusal_of_springs(const ContactProblem& problem, const Law& law) {
+    const int n = problem.contacts;
+    const double *k = problem.stiffness, speed = largest(problem.free, problem.rows());
+    const bool any = k && std::any_of(k, k + n, [](double one) { return one > 0.0; });
+    if (!any && law.slip == Slip::compliant) return "";
+    for (int i = 0; i < n; ++i) {
+        const double un = problem.free[3 * i + 2];
+        if (!any || !(k[i] > 0.0))
+            return law.slip == Slip::compliant
+                       ? "contacts: slip=\"compliant\" needs the stiffness of every contact that "
+                         "acts with others, or of none, which makes them equally stiff"
+                       : "contacts: restitution=\"lzb\" needs a stiffness above 0 of every contact";
+        if (std::isinf(k[i]) && un < -tolerance::solved * speed)
+            return "contacts: contact " + std::to_string(i) + " is approached at " +
+                   std::to_string(-un) +
+                   " m/s and has an infinite stiffness, which is for supports at rest; give it a "
+                   "finite one";
+    }
+    return "";
 }
 
 std::string refusal_of(const ContactProblem& problem, const Law& law) {
@@ -241,20 +267,9 @@ std::string refusal_of(const ContactProblem& problem, const Law& law) {
                    names[static_cast<int>(law.restitution)] + "\", slip=\"" +
                    slips[static_cast<int>(law.slip)] +
                    "\"; it belongs to Law(restitution=\"newton\", slip=\"end\"), or is 0";
-    if (law.restitution == Restitution::lzb && problem.contacts > 1) {
-        if (!problem.stiffness)
-            return "contacts: restitution=\"lzb\" needs the stiffness of every contact";
-        double speed = largest(problem.free, problem.rows());
-        for (int i = 0; i < problem.contacts; ++i) {
-            double un = problem.free[3 * i + 2];
-            if (!(problem.stiffness[i] > 0.0))
-                return "contacts: restitution=\"lzb\" needs a stiffness above 0 of every contact";
-            if (std::isinf(problem.stiffness[i]) && un < -tolerance::solved * speed)
-                return "contacts: contact " + std::to_string(i) + " is approached at " +
-                       std::to_string(-un) +
-                       " m/s and has an infinite stiffness, which is for supports at rest; give it "
-                       "a finite one";
-        }
+    if (has_springs(law) && problem.contacts > 1) {
+        const std::string springs = refusal_of_springs(problem, law);
+        if (!springs.empty()) return springs;
     }
     if (law.slip == Slip::compliant)
         for (int i = 0; i < problem.contacts; ++i)

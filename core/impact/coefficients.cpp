@@ -62,8 +62,9 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
     c.restitution = restitution;
     c.friction = friction;
     c.tangential = tangential;
-    if (law.law.restitution == Restitution::lzb) c.stiffness = stiffness;
-    if (law.law.slip == Slip::compliant) c.stiffness_ratio = ratio;
+    const bool is_compliant = law.law.slip == Slip::compliant;
+    if (is_compliant || law.law.restitution == Restitution::lzb) c.stiffness = stiffness;
+    if (is_compliant) c.stiffness_ratio = ratio;
     if (law.has_adhesion) c.adhesion = adhesion;
     c.turning_of = rows.turning_of.data();
     c.rolling = rolling;

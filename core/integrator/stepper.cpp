@@ -138,7 +138,7 @@ bool Stepper::take(const Tableau& m, double* y, double* rate) {
 
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                    double* rate, double longest, Step& found) {
-    implicit_ = method_ == Method::radau || stiff_ >= kStiff;
+    implicit_ = method_ == Method::radau || is_stiff || stiff_ >= kStiff;
     is_dopri5_ = false;
     if (implicit_) return implicit(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());

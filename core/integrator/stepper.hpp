@@ -72,6 +72,7 @@ class Stepper {
     std::function<void(const double* y, double* J)> slopes;
     // The length to try next [s].
     double next = 0.0;
+    bool is_stiff = false;  // known to be, without waiting for steps to show it
     int steps = 0;
 
   private:

@@ -58,7 +58,8 @@ class ContactProblem:
         restitution: (n,) e in [0, 1].
         friction: (n,) µ ≥ 0. Where it is 0 the tangent rows are not used.
         tangential_restitution: (n,) e_t in [−1, 1]: friction aims at u_t⁺ = −e_t u_t⁻.
-        stiffness: (n,) k of each, for the law "lzb"; None where no law asks for it.
+        stiffness: (n,) k of each, for the law "lzb" and slip "compliant"; None where no law asks
+            for it, or contacts that give way along their tangents are equally stiff.
         stiffness_ratio: (n,) tangential over normal stiffness, for slip "compliant"; else None.
         adhesion: (n,) the largest pull A [N s]; None where none holds.
         turning: contacts that resist rolling and spin; None where none does. After the rows of
@@ -325,7 +326,7 @@ def find_others(problem: ContactProblem, law: Law, solution: ContactSolution) ->
             reason = "contacts approach equally fast and are alike; another may be hit first"
             return Finding(NOT_PROVEN, reason)
         return Finding(PROVEN, "contacts are struck one after the other")
-    if law.slip == "path":
+    if law.slip != "end":
         return Finding(PROVEN, "impulses are followed along the impact, step by step")
     found = core_others(
         _plain(problem.delassus), _plain(problem.velocity_before), _plain(problem.velocity_free),

@@ -350,7 +350,7 @@ def _coefficients(
         0.5 * (W + W.T), before, free, np.array(restitution, dtype=float),
         np.array([static_friction(mu) for mu in frictions], dtype=float),
         numbers("tangential_restitution"),
-        stiffness if scene.law.restitution == "lzb" else None,
+        stiffness if scene.law.restitution == "lzb" or scene.law.slip == "compliant" else None,
         adhesion if adhesion.any() else None, turning,
         numbers("stiffness_ratio") if scene.law.slip == "compliant" else None,
     )  # fmt: skip

@@ -59,9 +59,9 @@ class Contact(Entry):
             the point passes through and counts again once it has come out, such as a swing foot
             that scuffs in models of walking. ``solve`` does not ask it.
         name: its name in results; by default its index in the scene.
-        stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, which
-            uses ratios only; ``math.inf`` for one that supports and does not give way beside
-            the others.
+        stiffness: k in F = k δ^exponent [N/m^exponent], for ``Law(restitution="lzb")``, and for
+            several contacts under ``Law(slip="compliant")``; only ratios count. ``math.inf`` for
+            one that supports and does not give way beside the others.
         stiffness_ratio: κ, tangential over normal stiffness, for ``Law(slip="compliant")``:
             (1 − ν)/(1 − ν/2) of round bodies with Poisson's ratio ν (Mindlin 1949), math.inf for
             one that is rigid along its tangents.

@@ -49,11 +49,13 @@ class Law(Checked):
               at that instant; slip may turn, stop, stay stopped or start again (Routh
               1860; Keller 1986). One frictional contact at a time of those that act on
               each other.
-            - "compliant": at every instant, of a contact with springs along its normal and its
+            - "compliant": at every instant, of contacts with springs along their normals and
               tangents, such as rubber: F_t = −κ k ζ, |F_t| ≤ µ F_n, with the ``stiffness_ratio`` κ
-              of each contact. It sticks, slips and turns back within one impact, as a superball
+              of each contact. They stick, slip and turn back within one impact, as a superball
               does (Maw, Barber & Fawcett 1976; Stronge 2000, ch. 5). Restitution is Stronge's.
-              One contact at a time, as for "path", which it is for κ = ∞.
+              Several that act at once share the impact as under "lzb" with exponent 1, by the
+              ``stiffness`` of each, or as equally stiff ones where none has any. For κ = ∞ it is
+              "path", or "lzb".
         order: of several contacts at one instant.
 
             - "simultaneous": all at once.
@@ -93,8 +95,8 @@ class Law(Checked):
         if self.slip == "compliant":
             if self.restitution not in ("newton", "stronge") or self.order == "sequential":
                 raise InputError(
-                    'law: slip="compliant" is for one contact with Stronge\'s restitution; leave '
-                    "out restitution and order"
+                    'law: slip="compliant" has Stronge\'s restitution, of contacts that act at '
+                    "once; leave out restitution and order"
                 )
             # What its springs regain is work.
             object.__setattr__(self, "restitution", "stronge")

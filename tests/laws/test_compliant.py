@@ -179,10 +179,8 @@ def test_what_it_does_not_take_is_told():
     for law in ({"restitution": "poisson"}, {"order": "sequential"}, {"restitution": "lzb"}):
         with pytest.raises(ik.errors.InputError):
             ik.Law(slip="compliant", **law)
-    two = [ik.Contact("ball", at=[x, 0, -0.1], friction=0.5, stiffness_ratio=1.0) for x in (0, 0.1)]
-    with pytest.raises(ik.errors.InputError, match="compliant"):
-        ik.solve(ik.Scene(ball, contacts=two, law=COMPLIANT), ball.neutral(), [0, 0, -1, 0, 0, 0])
-    scene = ik.Scene(ball, contacts=two[:1], law=COMPLIANT)
+    rubber = ik.Contact("ball", at=[0, 0, -0.1], friction=0.5, stiffness_ratio=1.0)
+    scene = ik.Scene(ball, contacts=[rubber], law=COMPLIANT)
     with pytest.raises(ik.errors.InputError, match="finite differences"):
         ik.derivatives(ik.solve(scene, ball.neutral(), [0, 0, -1, 0, 0, 0]))
 
