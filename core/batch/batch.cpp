@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -59,6 +60,9 @@ class Block {
         by_articulated_ = scene_.held.empty() && scene_.contacts.empty() && !model_.has_followers &&
                           !model_.has_ellipsoids && batch.is_regular;
         needs_loads_ = batch.out.reactions || batch.out.bodies;
+        const BatchInput& in = batch.in;
+        places_vary_ = in.masses.varies || in.points.varies || in.function_rows.varies ||
+                       in.function_contacts.varies;
     }
 
     void solve(int block) {
@@ -94,7 +98,11 @@ class Block {
     }
 
     void read() {
+        const bool is_first = q_before_.empty();
+        q_before_ = q_;
         gather(b_.in.q, q_);
+        stays_ = !is_first && !places_vary_ &&
+                 std::memcmp(q_before_.data(), q_.data(), q_.size() * sizeof(Pack)) == 0;
         gather(b_.in.v, v_);
         if (!given_.empty()) gather(b_.in.impulses, given_);
         const Pack flaws = flaw(q_) + flaw(v_) + flaw(given_);
@@ -142,10 +150,12 @@ class Block {
 
     // Known impulses on a tree without rows.
     void respond_freely() {
-        known_.place(q_.data());
-        for (int k = 1; k < tree_.count() && !scene_.loads.empty(); ++k)
-            known_.tree.set_inertia(k, inertia_at(k));
-        known_.tree.factor();
+        if (!stays_) {
+            known_.place(q_.data());
+            for (int k = 1; k < tree_.count() && !scene_.loads.empty(); ++k)
+                known_.tree.set_inertia(k, inertia_at(k));
+            known_.tree.factor();
+        }
         known_.respond(given_.data(), dv_.data());
         if (b_.out.generalized_impulse || b_.out.energy_change)
             known_.collect(given_.data(), impulse_.data());
@@ -160,22 +170,25 @@ class Block {
                 code = code_of(Status::inaccurate);  // such numbers have lost digits
         }
         if (needs_loads_ || b_.out.existence) {
-            tree_.place(q_.data());
+            if (!stays_) tree_.place(q_.data());
             multipliers_.assign(1, Pack{});
         }
     }
 
     void respond_by_rows() {
-        tree_.place(q_.data());
-        for (int k = 1; k < tree_.count(); ++k)
-            tree_.gathered[k] = tree_.in_world(k, inertia_at(k));
-        tree_.mass_matrix(M_.data());
+        if (!stays_) {
+            tree_.place(q_.data());
+            for (int k = 1; k < tree_.count(); ++k)
+                tree_.gathered[k] = tree_.in_world(k, inertia_at(k));
+            tree_.mass_matrix(M_.data());
+        }
         add_blow_wrenches(scene_, given_.data(), tree_);
         tree_.gather(impulse_.data());
         for (std::size_t i = 0; i < scene_.kicks.size(); ++i)
             impulse_[scene_.kicks[i]] += given_[6 * scene_.blows.size() + i];
         for (int k = 0; k < kLanes; ++k) state_[k] = given_of(row_of(k));
-        rows_.fill(tree_, q_.data(), v_.data(), state_);
+        // Targets of bilateral rows may follow v.
+        if (!stays_ || scene_.rows() > 0) rows_.fill(tree_, q_.data(), v_.data(), state_);
         impulses_.assign(3 * rows_.contact_frames.size(), Pack{});
         moments_.assign(3 * rows_.contact_frames.size(), Pack{});
         multipliers_.assign(scene_.rows() + 1, Pack{});
@@ -290,7 +303,7 @@ class Block {
             lanes_[k].restitution = b_.in.restitution.row(row_of(k));
             lanes_[k].friction = b_.in.friction.row(row_of(k));
         }
-        if (!contact_lanes_.choose(tree_, rows_, lanes_)) return false;
+        if (!contact_lanes_.choose(tree_, rows_, lanes_, stays_)) return false;
         jumps_.resize(model_.nv);
         contact_lanes_.solve(M_.data(), v_.data(), given_.empty() ? nullptr : impulse_.data(),
                              lanes_, jumps_.data());
@@ -467,6 +480,9 @@ class Block {
     std::vector<Pack> q_, v_, given_, impulse_, dv_, M_;
     std::vector<Pack> impulses_, moments_, multipliers_;
     std::vector<std::pair<int, int>> units_;
+    std::vector<Pack> q_before_;
+    // Columns other than q change M and rows; q is that of the block before, and all made of it.
+    bool places_vary_ = false, stays_ = false;
     bool by_articulated_ = false, needs_loads_ = false;
     int first_ = 0, count_ = 0;
     GivenState state_[kLanes];

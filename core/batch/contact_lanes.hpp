@@ -27,7 +27,9 @@ class ContactLanes {
     ContactLanes(const Scene& scene, const ContactLaw& law) : scene_(scene), law_(law) {}
 
     // The frames of `rows` that touch in some lane that is given. False where they are too many.
-    bool choose(const Tree<Pack>& tree, const Rows<Pack>& rows, Lane* lanes) {
+    // `stays`: M and all rows are those of the call before, whose factors then serve again.
+    bool choose(const Tree<Pack>& tree, const Rows<Pack>& rows, Lane* lanes, bool stays) {
+        std::swap(frames_, frames_before_);
         frames_.clear();
         turning_.clear();
         for (std::size_t i = 0; i < rows.contact_frames.size(); ++i) {
@@ -40,10 +42,12 @@ class ContactLanes {
                 turning_.push_back(static_cast<int>(frames_.size()));
             frames_.push_back(static_cast<int>(i));
         }
+        keeps_ = keeps_ && stays && frames_ == frames_before_;
         count_ = 3 * static_cast<int>(frames_.size() + turning_.size());
         if (count_ > kMostRows) return false;
         for (int k = 0; k < kLanes; ++k)
             if (lanes[k].is_given) rows.extract_points(tree, k, lanes[k].rows);
+        if (keeps_) return true;
         const std::size_t block = 3 * scene_.model->nv;
         J_.resize(count_ / 3 * block);
         Pack* to = J_.data();
@@ -59,21 +63,19 @@ class ContactLanes {
         const int nv = scene_.model->nv;
         const Arena::Scope scope(scratch());
         ImpactSteps<Pack> steps(M, nv, v, impulse, J_.data(), count_);
-        const int* parent = scene_.model->parent_v.data();
-        steps.exclude_untouched(parent, nullptr, 0);
-        int weak[kLanes];
-        std::fill(weak, weak + kLanes, -1);
-        mass_.factor(steps.M, parent, nv, weak);
+        steps.exclude_untouched(scene_.model->parent_v.data(), nullptr, 0);
+        if (!keeps_ || !std::equal(touched_.begin(), touched_.end(), steps.touched)) factor(steps);
         steps.begin(mass_);
-        steps.add_contacts(mass_);
-        steps.set_delassus(steps.half);
+        std::copy(half_.begin(), half_.end(), steps.half);
+        std::copy(shared_W_.begin(), shared_W_.end(), steps.W);
+        steps.set_free();
         bool has_answer[kLanes] = {};
         for (int k = 0; k < kLanes; ++k) {
             if (!lanes[k].is_given) continue;
             const StateRows& own = lanes[k].rows;
             const bool has_directions = own.without_line < 0 && own.without_ellipse < 0;
             lanes[k].status = !has_directions ? Status::refused
-                              : weak[k] >= 0  ? Status::singular_mass
+                              : weak_[k] >= 0 ? Status::singular_mass
                                               : Status::solved;
             if (lanes[k].status != Status::solved) continue;
             take_lane(steps, lanes[k], k);
@@ -105,6 +107,18 @@ class ContactLanes {
     const std::vector<double>& before(int k) const { return before_[k]; }
 
   private:
+    // Factor M, and half-solve the rows that touch.
+    void factor(ImpactSteps<Pack>& steps) {
+        std::fill(weak_, weak_ + kLanes, -1);
+        mass_.factor(steps.M, scene_.model->parent_v.data(), steps.nv, weak_);
+        steps.add_contacts(mass_);
+        steps.set_delassus(steps.half);
+        touched_.assign(steps.touched, steps.touched + steps.nv);
+        half_.assign(steps.half, steps.half + steps.rows * steps.nv);
+        shared_W_.assign(steps.W, steps.W + steps.rows * steps.rows);
+        keeps_ = true;
+    }
+
     // The problem of one lane: the rows of its points, among those of all lanes.
     void take_lane(ImpactSteps<Pack>& steps, Lane& lane, int k) {
         std::vector<int>& own = lane_[k];
@@ -174,7 +188,11 @@ class ContactLanes {
     const ContactLaw& law_;
     MassFactorOf<Pack> mass_;
     std::vector<int> frames_, turning_;  // that touch; which of them turn
-    int count_ = 0;                      // rows of all
+    std::vector<int> frames_before_, touched_;
+    int weak_[kLanes];    // degrees of freedom without mass
+    bool keeps_ = false;  // what was factored serves again
+    std::vector<Pack> half_, shared_W_;
+    int count_ = 0;  // rows of all
     std::vector<Pack> J_;
     std::vector<int> lane_[kLanes];  // the rows of each lane
     std::vector<double> W_[kLanes], before_[kLanes], free_[kLanes];

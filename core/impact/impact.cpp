@@ -91,6 +91,7 @@ class Impact {
             return true;
         }
         steps.add_contacts(mass_.mass());
+        steps.set_free();
         if (m_ > 0) {
             double* left = scratch().allocate(rows_, nv_);
             std::copy(steps.half, steps.half + rows_ * nv_, left);

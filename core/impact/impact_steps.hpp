@@ -30,6 +30,7 @@ class ImpactSteps {
     S *half, *free, *W;     // (rows, nv) half-solved J; (rows); (rows, rows)
     S *P, *after, *in_use;  // (rows); 0 in lanes in which a row does not act, else 1
     S* dv;                  // (rows), (rows), (nv)
+    int* touched;           // (nv) whether something touches the tree that begins there
 
     ImpactSteps(const S* given_M, int size, const S* given_v, const S* given_impulse,
                 const S* given_J, int count)
@@ -49,7 +50,8 @@ class ImpactSteps {
           P(take(rows)),
           after(take(rows)),
           in_use(take(rows)),
-          dv(take(nv)) {
+          dv(take(nv)),
+          touched(scratch().allocate_int(nv)) {
         for (int i = 0; i < nv; ++i)
             for (int j = 0; j <= i; ++j) M[i * nv + j] = M[j * nv + i] = given_M[i * nv + j];
         for (int r = 0; r < rows; ++r) before[r] = dot(J + r * nv, v, nv);
@@ -60,7 +62,7 @@ class ImpactSteps {
     // Trees that nothing touches stay as they are, whatever their inertia. `A`: (m, nv) further
     // rows that touch.
     void exclude_untouched(const int* parent, const S* A, int m) {
-        int *tree = scratch().allocate_int(nv), *touched = scratch().allocate_int(nv), left = 0;
+        int *tree = scratch().allocate_int(nv), left = 0;
         for (int k = 0; k < nv; ++k) {
             tree[k] = parent[k] < 0 ? k : tree[parent[k]];
             left += parent[k] < 0;
@@ -83,7 +85,7 @@ class ImpactSteps {
         }
     }
 
-    // Half-solve the known impulses and the contacts, and their velocities without contacts.
+    // Half-solve the known impulses, and the contacts; and their velocities without contacts.
     void begin(const MassFactorOf<S>& mass) {
         std::copy(right, right + nv, start);
         mass.half(start);
@@ -92,10 +94,10 @@ class ImpactSteps {
 
     void add_contacts(const MassFactorOf<S>& mass) {
         std::copy(J, J + rows * nv, half);
-        for (int r = 0; r < rows; ++r) {
-            mass.half(half + r * nv);
-            free[r] = before[r] + dot(half + r * nv, start, nv);
-        }
+        for (int r = 0; r < rows; ++r) mass.half(half + r * nv);
+    }
+    void set_free() {
+        for (int r = 0; r < rows; ++r) free[r] = before[r] + dot(half + r * nv, start, nv);
     }
 
     // W of half-solved rows, less what bilateral rows hold of them.

@@ -222,6 +222,40 @@ def test_few_rows_many_rows_and_threads_give_the_same_bits():
     assert np.array_equal(other.v_after[good], many.v_after[good])
 
 
+def chosen(given: Any, rows: np.ndarray) -> Any:
+    """Some rows of what varies by row."""
+    if isinstance(given, dict):
+        return {name: chosen(own, rows) for name, own in given.items()}
+    return given[rows]
+
+
+@pytest.mark.parametrize("name", [*CASES, "feet that turn", "a foot and a blow"])
+def test_rows_at_one_configuration_have_the_bits_of_each_alone(name):
+    own, q, v, given = {
+        **CASES,
+        "feet that turn": lambda: scene(
+            solo(), contacts=feet("FL_FOOT", "FR_FOOT", friction=0.5, torsion=0.01)
+        ),
+        "a foot and a blow": lambda: scene(
+            solo(),
+            impulses=[KICK],
+            contacts=feet("FL_FOOT", friction=0.5),
+            varying={"impulses": {"kick": np.arange(9)[:, None] // 3 * [0.1, 0.2, -0.3]}},
+        ),
+    }[name]()
+    # One configuration for blocks of eight, another one, and the first one again.
+    at, rows = np.repeat([0, 1, 0], [21, 12, 9]), np.arange(42) % COUNT
+    parts = ("v_after", "generalized_impulse", "energy_change")
+    batch = ik.solve_batch(own, q[at], v[rows], **chosen(given, rows), outputs=parts, threads=1)
+    for i in range(0, 42, 5):
+        more = chosen(given, rows[i : i + 1])
+        alone = ik.solve_batch(
+            own, q[at[i] : at[i] + 1], v[rows[i] : rows[i] + 1], **more, outputs=parts
+        )
+        for part in ("status", *parts):
+            np.testing.assert_array_equal(getattr(batch, part)[i], getattr(alone, part)[0])
+
+
 def test_a_row_that_cannot_be_is_flagged_and_the_others_solved():
     body = ball()
     floor = ik.Contact("ball", restitution=0.5, friction=0.3, name="floor")
