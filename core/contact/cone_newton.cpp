@@ -17,7 +17,7 @@ constexpr int kMemory = 4;
 // A share of the decrease that a line foretells, which a step must give at least (Armijo).
 constexpr double kDecrease = 1e-4;
 // Bounds of the balance of a group: beyond them the smaller part is rounding of the larger.
-constexpr double kMostBalance = 1e4;
+constexpr double kMostBalance = 1e5;
 // Steps in which a compliance of 1 falls tenfold.
 constexpr int kSofter = 9;
 
@@ -49,11 +49,12 @@ void sweep(const ConeSystem& s, const double* A, double* P, int count) {
 
 }  // namespace
 
-void balance_groups(const ConeSystem& s, const double* P, const double* xi, double* balance) {
+void balance_groups(const ConeSystem& s, const double* P, const double* xi) {
     for (int k = 0; k < s.groups; ++k) {
         const int r = s.first[k], size = s.size[k];
         const double slip = hypot_of(xi + r, size), carried = hypot_of(P + r, size);
-        balance[k] = carried > slip ? std::min(carried / slip, kMostBalance) : 1.0;
+        const double ratio = carried > slip ? std::min(carried / slip, kMostBalance) : 1.0;
+        s.balance[k] = std::sqrt(s.balance[k] * ratio);
     }
 }
 
@@ -63,7 +64,6 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
     double *xi = arena.allocate(m), *F = arena.allocate(m), *J = arena.allocate(m, m),
            *step = arena.allocate(m);
     double *trial = arena.allocate(m), *best = arena.allocate(m);
-    double* balance = arena.allocate(s.groups);
     int* pivot = arena.allocate_int(m);
     double recent[kMemory];
     std::fill(recent, recent + kMemory, INFINITY);
@@ -87,9 +87,9 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
         }
         if (least <= tolerance::rounding * tolerance::rounding * size * size) break;
         polished = least <= tolerance::immovable * size * size;
-        balance_groups(s, P, xi, balance);
-        const double norm = norm_of(P, balance);
-        natural_map_jacobian(s, A, balance, P, xi, J);
+        if (count > 0) balance_groups(s, P, xi);
+        const double norm = norm_of(P, s.balance);
+        natural_map_jacobian(s, A, s.balance, P, xi, J);
         if (!factor_lu(J, m, pivot)) break;
         for (int i = 0; i < m; ++i) step[i] = -F[i];
         solve_lu(J, pivot, m, step);
@@ -101,7 +101,7 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
         for (int half = 0; half <= kHalvings; ++half, share *= 0.5) {
             for (int i = 0; i < m; ++i) trial[i] = P[i] + share * step[i];
             multiply(A, m, trial, s.b, xi);
-            found = norm_of(trial, balance);
+            found = norm_of(trial, s.balance);
             if (found <= (1.0 - kDecrease * share) * bar) break;
         }
         if (!(found < INFINITY)) break;
@@ -122,6 +122,7 @@ bool solve_from(const ConeSystem& s, const double* A, double* P, int& steps, Are
     Arena::Scope scope(arena);
     double* soft = arena.allocate(s.rows, s.rows);
     std::fill(P, P + s.rows, 0.0);
+    std::fill(s.balance, s.balance + s.groups, 1.0);
     double compliance = 1.0;
     for (int step = 0; step < kSofter; ++step, compliance *= 0.1) {
         std::copy(A, A + s.rows * s.rows, soft);

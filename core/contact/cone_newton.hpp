@@ -9,9 +9,10 @@ namespace impulsekit {
 // F came down to rounding or near it.
 bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena);
 
-// ρ of each group (groups): what it carries over its slip. The zeros of the natural map are the
-// same for any ρ > 0; where P hides ξ in P − ρ ξ, a step of Newton's method hardly turns the slip.
-void balance_groups(const ConeSystem& s, const double* P, const double* xi, double* balance);
+// ρ of each group (groups) comes nearer to what it carries over its slip: their geometric mean.
+// The zeros of the natural map are the same for any ρ > 0, but where P hides ξ in P − ρ ξ, a step
+// of Newton's method hardly turns the slip.
+void balance_groups(const ConeSystem& s, const double* P, const double* xi);
 
 // A of a compliance of each contact beside its own mobility.
 void add_to_diagonal(const ConeSystem& s, double compliance, double* A);

@@ -75,7 +75,9 @@ ConeSystem build_system(const double* W, int rows, const double* b, double scale
     s.contact = arena.allocate_int(g);
     s.friction = arena.allocate(g);
     s.even = arena.allocate(g);
+    s.balance = arena.allocate(g);
     std::fill(s.even, s.even + g, 1.0);
+    std::fill(s.balance, s.balance + g, 1.0);
     double mobility = 0.0;
     for (int r = 0; r < rows; ++r) mobility = std::max(mobility, W[r * rows + r]);
     int* place = arena.allocate_int(n);

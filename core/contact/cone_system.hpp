@@ -23,6 +23,7 @@ struct ConeSystem {
     int* contact = nullptr;            // (groups)
     double* friction = nullptr;        // (groups)
     double* even = nullptr;            // (groups) ones, the balance of what is measured
+    double* balance = nullptr;         // (groups) that of steps, which follows them
     double velocity = 1.0;
     bool blocked = false;
 };

@@ -117,9 +117,9 @@ bool solve_rigid_limit(const ConeSystem& s, double compliance, const int* still,
     const int m = s.rows;
     // The equations as B Π(z) + C z + b.
     double *B = arena.allocate(m, m), *C = arena.allocate(m, m), *xi = arena.allocate(m),
-           *z = arena.allocate(m), *balance = arena.allocate(s.groups);
+           *z = arena.allocate(m);
     multiply(s.A, m, P, s.b, xi);
-    balance_groups(s, P, xi, balance);
+    balance_groups(s, P, xi);
     std::copy(s.A, s.A + m * m, B);
     const auto add_moving = [&](int r, double rho) {
         z[r] = P[r] - rho * (xi[r] + compliance * s.mobility_ratio[r] * P[r]);
@@ -128,7 +128,7 @@ bool solve_rigid_limit(const ConeSystem& s, double compliance, const int* still,
     };
     for (int c = 0; c < s.contacts; ++c) add_moving(s.normal[c], 1.0);
     for (int k = 0; k < s.groups; ++k)
-        for (int j = 0; j < s.size[k]; ++j) add_moving(s.first[k] + j, balance[k]);
+        for (int j = 0; j < s.size[k]; ++j) add_moving(s.first[k] + j, s.balance[k]);
     for (int i = 0; i < count; ++i) {
         const int r = still[i];
         z[r] = P[r] - xi[r] / compliance - s.mobility_ratio[r] * P[r];

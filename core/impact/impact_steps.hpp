@@ -126,6 +126,7 @@ class ImpactSteps {
     template <typename Solve, typename Respond, typename Sharpen>
     void refine(bool* has_answer, Solve solve, Respond respond, Sharpen sharpen) {
         S *made = take(rows), *kept = take(nv);
+        const double rounding = std::max(tolerance::sums, rows * tolerance::rounding);
         for (int round = 0; round < kRefinements; ++round) {
             S off{}, size{};
             for (int r = 0; r < rows; ++r) {
@@ -135,7 +136,7 @@ class ImpactSteps {
             }
             bool lost[lanes], is_lost = false;
             for (int k = 0; k < lanes; ++k) {
-                const double bar = tolerance::sums * Number<S>::get(size, k);
+                const double bar = rounding * Number<S>::get(size, k);
                 lost[k] = has_answer[k] && !(Number<S>::get(off, k) <= bar);
                 is_lost = is_lost || lost[k];
             }
