@@ -1,7 +1,7 @@
 """Links with their masses, the mass matrix, and joints that move no mass.
 
-Pinocchio merges the links behind a fixed joint into one inertia; what a link does by itself is
-read from the URDF again.
+Pinocchio merges the links behind a fixed joint into one inertia; what a link does by itself was
+read from the URDF.
 
 M(q) is singular at every q where some motion leaves all bodies still that have inertia. That
 depends on the null spaces of the bodies' inertias and on the joints alone, not on how heavy
@@ -14,7 +14,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -22,10 +22,7 @@ import pinocchio as pin
 from ..tolerances import NONZERO
 from .arrays import lock
 from .model_checks import check_capacity
-from .source import RobotPart, tensor_of
-
-if TYPE_CHECKING:
-    from .urdf import LinkInertial
+from .source import LinkInertial, RobotPart, tensor_of
 
 
 def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
@@ -271,13 +268,9 @@ class Link:
 
 def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
     """Return all links of a model, in the order of its frames."""
-    from .urdf import read_urdf
-
-    inertials: dict[str, LinkInertial] = {}
-    for part in parts:
-        if part.urdf is not None:
-            own = read_urdf(part.urdf).inertials
-            inertials.update({part.prefix + name: inertial for name, inertial in own.items()})
+    inertials = {
+        part.prefix + name: inertial for part in parts for name, inertial in part.inertials.items()
+    }
     own_inertias = _joints_whose_frames_carry_inertia(model)
     links = []
     seen_joints: set[int] = set()

@@ -153,7 +153,9 @@ class RobotReaders(RobotStates):
             assumptions.append(
                 f'the robot has a joint "root_joint", so the root joint is named "{own_root}"'
             )
-        part = replace(part, root=root_name, assumptions=tuple(assumptions))
+        part = replace(
+            part, root=root_name, assumptions=tuple(assumptions), inertials=urdf.inertials
+        )
         warn_of_assumptions(part.label, assumptions)
         arguments = (urdf.plain,) if joint is None else (urdf.plain, joint, own_root)
         try:

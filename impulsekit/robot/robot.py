@@ -25,7 +25,7 @@ from .base import RobotBase
 from .reading import RobotReaders
 from .robot_xml import element, xml_of
 from .source import AddedBody, Changes, Ground, RobotPart, tensor_of
-from .urdf_elements import MOMENTS
+from .urdf_elements import MOMENTS, read_links
 
 if TYPE_CHECKING:
     from typing import Self
@@ -61,7 +61,10 @@ def with_masses(robot: Kind, model: pin.Model) -> Kind:
 
     Its files do not say these masses, so that it cannot be built from them, nor written to one.
     """
-    parts = [replace(part, urdf=None, geometry=part.urdf or part.geometry) for part in robot.parts]
+    parts = [
+        replace(part, urdf=None, geometry=part.urdf or part.geometry, inertials={})
+        for part in robot.parts
+    ]
     return type(robot)(pin.Model(model), parts, robot.name)
 
 
@@ -73,12 +76,13 @@ def _changed(
     write: Callable[[Element], None] | None,
 ) -> Kind:
     """The robot with another model, and one part of it rewritten."""
-    text = part.urdf
+    text, inertials = part.urdf, part.inertials
     if text is not None and write is not None:
         root = ElementTree.fromstring(text)
         write(root)
         changes, text = replace(changes, text=changes.text or text), xml_of(root)
-    new = replace(part, urdf=text, changes=changes)
+        inertials = read_links(root, part.label)
+    new = replace(part, urdf=text, changes=changes, inertials=inertials)
     parts = [new if each is part else each for each in robot.parts]
     return type(robot)(model, parts, robot.name)
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +21,23 @@ def tensor_of(moments: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return (3, 3) of ixx, ixy, ixz, iyy, iyz, izz."""
     ixx, ixy, ixz, iyy, iyz, izz = moments
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+
+
+@dataclass(frozen=True)
+class LinkInertial:
+    """The inertia of a link in a URDF.
+
+    Attributes:
+        mass: [kg]
+        com: mass centre in the link's frame [m].
+        rpy: the turn of the inertia's axes against the link's [rad], as URDF has it.
+        moments: ixx, ixy, ixz, iyy, iyz, izz about the mass centre [kg m²].
+    """
+
+    mass: float
+    com: Triple
+    rpy: Triple = (0.0, 0.0, 0.0)
+    moments: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -138,6 +155,7 @@ class RobotPart:
         geometry: URDF text that counts for its geometry alone, since masses are other ones.
         source: the file or kind of text that was written anew as ``urdf``, for messages.
         srdf: the SRDF that goes with it, or None.
+        inertials: by link of the URDF, which Pinocchio merges behind fixed joints.
     """
 
     urdf: str | None
@@ -155,6 +173,7 @@ class RobotPart:
     geometry: str | None = None
     source: str | None = None
     srdf: str | None = None
+    inertials: Mapping[str, LinkInertial] = field(default_factory=dict, repr=False, compare=False)
 
     def name_of(self, ground: Ground) -> str:
         """Return the name of one of the part's grounds in the world."""

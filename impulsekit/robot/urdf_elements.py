@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 from ..errors import UnknownNameError, UrdfError, shown
 from .arrays import LARGEST
 from .robot_xml import Place, element, xml_of
-from .source import Triple
+from .source import LinkInertial, Triple
 
 # [kg m²] A moment of inertia below this is negative, and not a rounded 0.
 NEGATIVE = -1e-12
@@ -23,23 +23,6 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 # Pinocchio's name of the world.
 _RESERVED = "universe"
-
-
-@dataclass(frozen=True)
-class LinkInertial:
-    """The inertia of a link in a URDF.
-
-    Attributes:
-        mass: [kg]
-        com: mass centre in the link's frame [m].
-        rpy: the turn of the inertia's axes against the link's [rad], as URDF has it.
-        moments: ixx, ixy, ixz, iyy, iyz, izz about the mass centre [kg m²].
-    """
-
-    mass: float
-    com: Triple
-    rpy: Triple = (0.0, 0.0, 0.0)
-    moments: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)
