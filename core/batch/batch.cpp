@@ -446,13 +446,10 @@ class Block {
 
     // Compute the load of each joint, and the velocity changes of links.
     void load() {
-        tree_.move(dv_.data());
         add_blow_wrenches(scene_, given_.data(), tree_);
         if (!by_articulated_)
             rows_.add_wrenches(tree_, impulses_.data(), moments_.data(), multipliers_.data());
-        for (int k = 1; k < tree_.count(); ++k)
-            tree_.wrench[k] = tree_.in_world(k, inertia_at(k)) * tree_.twist[k] - tree_.wrench[k];
-        tree_.gather(impulse_.data());
+        tree_.load(dv_.data(), [&](int k) { return inertia_at(k); }, impulse_.data());
         for (std::size_t j = 0; j < b_.joints.size() && b_.out.reactions; ++j)
             put(tree_.wrench[b_.joints[j]], b_.out.reactions, j, b_.joints.size());
         for (std::size_t j = 0; j < b_.links.size() && b_.out.bodies; ++j) {

@@ -12,9 +12,6 @@ namespace {
 using Vector = Vec3<double>;
 using Matrix = Mat3<double>;
 
-// Sines below this are rounding; axes that differ by less do not say well what is across them.
-constexpr double kSmallestAngle = 1e-6;
-
 bool has_axis(const GivenBody& body) { return joint_types()[body.joint].has_axis(); }
 
 Vector normalized(const Vector& a) { return a * (1.0 / std::sqrt(dot(a, a))); }
@@ -33,7 +30,7 @@ Matrix axes_along(const Vector& axis) {
 // x is across the axis of a joint that hangs on the body: α about x alone then leads to it.
 Matrix axes_between(const Vector& axis, const Vector& next) {
     Vector across = cross(axis, next);
-    if (!(std::sqrt(dot(across, across)) > kSmallestAngle)) return axes_along(axis);
+    if (!(std::sqrt(dot(across, across)) > tolerance::parallel)) return axes_along(axis);
     across = normalized(across - axis * dot(axis, across));
     return {across, cross(axis, across), axis};
 }
@@ -77,7 +74,7 @@ static std::vector<Matrix> axes_of_bodies(const std::vector<GivenBody>& given) {
         if (!has_axis(above)) continue;
         const Vector next = mat3<double>(child.rotation) * vec3<double>(child.axis);
         const Vector across = cross(vec3<double>(above.axis), next);
-        if (!(std::sqrt(dot(across, across)) > kSmallestAngle)) continue;
+        if (!(std::sqrt(dot(across, across)) > tolerance::parallel)) continue;
         chosen[parent] = 1;
         turns[parent] = axes_between(vec3<double>(above.axis), next);
     }

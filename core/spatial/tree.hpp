@@ -126,6 +126,16 @@ struct Tree {
         gather(c);
     }
 
+    // The wrench that each body's parent gives it, in `wrench`, which held what acts on it from
+    // outside; of accelerations or jumps (nv). `inertia_at`: of a body in its axes.
+    template <typename InertiaAt>
+    void load(const S* change, InertiaAt inertia_at, S* along) {
+        move(change);
+        for (int k = 1; k < count(); ++k)
+            wrench[k] = in_world(k, inertia_at(k)) * twist[k] - wrench[k];
+        gather(along);
+    }
+
     // Σ over all that hangs on each joint of the wrenches (each about its body's origin, world
     // axes), and the part along the joints (nv); `wrench` holds the sums then.
     void gather(S* along) {

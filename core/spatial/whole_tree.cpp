@@ -89,13 +89,10 @@ AppliedImpulses apply_impulses(const Model& model, const double* q, const double
         articulated.respond(struck.data(), given.impulse, dv.data());
     }
     Tree<double> tree = placed(model, q);
-    tree.move(dv.data());
-    for (int k = 1; k < tree.count(); ++k) {
-        const Mat3<double>& r = tree.rotation[k];
-        tree.wrench[k] = tree.in_world(k, inertia_of<double>(model.bodies[k])) * tree.twist[k] -
-                         Spatial<double>{r * outside[k].linear, r * outside[k].angular};
-    }
-    tree.gather(along.data());
+    for (int k = 1; k < tree.count(); ++k)
+        tree.wrench[k] = {tree.rotation[k] * outside[k].linear,
+                          tree.rotation[k] * outside[k].angular};
+    tree.load(dv.data(), [&](int k) { return inertia_of<double>(model.bodies[k]); }, along.data());
     const std::vector<double> reactions = entries_of(tree.wrench);
     for (std::size_t i = 0; i < nv; ++i) after[i] += dv[i];
     tree.move(after.data());
