@@ -8,7 +8,7 @@ import pinocchio as pin
 from .._core import Place
 from .._core import contact_axes as core_axes
 
-__all__ = ["contact_axes", "core_place", "cross"]
+__all__ = ["contact_axes", "core_place"]
 
 
 def contact_axes(normal: np.ndarray) -> np.ndarray:
@@ -17,12 +17,6 @@ def contact_axes(normal: np.ndarray) -> np.ndarray:
     t₁ is the world axis that is most across the normal, made perpendicular to it.
     """
     return core_axes(normal).reshape(3, 3)
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(3,) a × b; numpy's own is slow for one pair."""
-    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def core_place(placement: pin.SE3) -> Place:

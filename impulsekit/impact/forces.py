@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from ..geometry.axes import cross
 from ..rows.entries import FramePair, PlacementOf, Site, frame_pair, rows_of_entry
 from ..scene import AppliedImpulse
 
@@ -99,10 +98,9 @@ def on_both_bodies(
     for sign, joint_id, frame_id in zip((1.0, -1.0), joint_ids, frame_ids, strict=True):
         placement = placement_of(joint_id)
         linear = placement.rotation.T @ (sign * impulse)
-        angular = cross(placement.actInv(np.array(position)), linear)
-        if moment is not None:
-            angular = angular + placement.rotation.T @ (sign * moment)
-        yield BodyImpulse(frame_id, joint_id, pin.Force(linear, angular), name)
+        couple = np.zeros(3) if moment is None else placement.rotation.T @ (sign * moment)
+        arm = pin.SE3(np.eye(3), placement.actInv(np.array(position)))
+        yield BodyImpulse(frame_id, joint_id, arm.act(pin.Force(linear, couple)), name)
 
 
 def at_point(

@@ -70,7 +70,9 @@ class Outcome:
 def touches_of(rows: StateRows, flat: FlatScene, scene: Scene) -> tuple[Touch, ...]:
     """The touching points of a state, and after them the turning of those that resist it."""
     entries, turning_of, of_bodies = rows.entries, rows.turning_of, rows.of_bodies
-    blocks = rows.J.reshape(len(entries) + len(turning_of), 3, scene.robot.nv)
+    if not entries:
+        return ()
+    blocks = rows.J.reshape(len(entries) + len(turning_of), 3, -1)
     axes, places, gaps = rows.axes.reshape(-1, 3, 3), rows.places.reshape(-1, 3), rows.gaps
     features = rows.features if flat.shaped else ()
     points = [
