@@ -22,7 +22,7 @@ from .impact import solve as solve
 from .impact.contact_problem import contact_problem as contact_problem
 from .impact.derivatives import derivatives as derivatives
 from .impact.saltation import saltation as saltation
-from .impact.solve_outcomes import outcomes as outcomes
+from .impact.solver import outcomes as outcomes
 from .impact.status import Status as Status
 from .motion import MotionStatus as MotionStatus
 from .motion import Trajectory as Trajectory

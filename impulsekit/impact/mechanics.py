@@ -3,25 +3,52 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
+from .._core import ConstrainedMass
 from ..robot.masses import crba_of, symmetric
 from ..robot.model_checks import check_capacity
 from ..rows.entries import Site
 from ..scene import AppliedImpulse
 from ..scene.scene import ThreadCache
-from .constrained_mass import Responses, constrained_mass
 from .flat.scene import flat_of
+from .singular import singular_joints, singular_mass
 
 if TYPE_CHECKING:
-    from .._core import ConstrainedMass, StateRows
+    from .._core import StateRows
     from ..scene import Scene
     from .flat.scene import FlatScene
 
 __all__ = ["Mechanics"]
+
+
+class Responses(NamedTuple):
+    """Responses to unit impulses on points under bilateral constraints.
+
+    Attributes:
+        velocity_changes: (nv, 3n) Δv.
+        multipliers: (m, 3n) λ.
+        delassus: (3n, 3n) W [1/kg].
+    """
+
+    velocity_changes: np.ndarray
+    multipliers: np.ndarray
+    delassus: np.ndarray
+
+    @classmethod
+    def of(cls, held: ConstrainedMass, points: np.ndarray) -> Responses:
+        """The responses to impulses on points' rows (3n, nv)."""
+        count, nv = points.shape
+        found = held.respond(np.ascontiguousarray(points))
+        size = len(found.multipliers) // max(count, 1)
+        return cls(
+            found.velocity_changes.reshape(count, nv).T,
+            found.multipliers.reshape(count, size).T,
+            found.W.reshape(count, count),
+        )
 
 
 class _Workspace:
@@ -117,9 +144,15 @@ class Mechanics:
         Raises:
             SingularMassError: they do not make up for what M lacks.
         """
-        return constrained_mass(
-            self.model, self.flat, self.mass_matrix, self._rows.A, self._rows.wider
-        )
+        rows = self._rows.A
+        found = ConstrainedMass(
+            np.ascontiguousarray(self.mass_matrix), self.flat.model.core.parents,
+            np.ascontiguousarray(rows), list(self.flat.vectors), self._rows.wider,
+        )  # fmt: skip
+        if found.weak >= 0:
+            rows = rows.reshape(-1, self.model.nv)
+            raise singular_mass(self.model, singular_joints(self.model, self.mass_matrix, rows))
+        return found
 
     def responses(self, points: np.ndarray) -> Responses:
         """Return responses to unit impulses on points' rows (3n, nv) under the bilateral rows."""

@@ -1,4 +1,4 @@
-"""``solve``: one scene, one state, one impact."""
+"""``solve``: one scene, one state, one impact; ``outcomes``: all that it may end with."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ from .scene_jump import SceneJump, jump_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["ImpactSolver", "solve", "solve_without_warnings"]
+    from .all_outcomes import Outcomes
+
+__all__ = ["ImpactSolver", "outcomes", "solve", "solve_without_warnings"]
 
 # So many numbers of a state are sooner squared by numpy than handed over one by one.
 MANY = 100
@@ -218,6 +220,39 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike, *, impulses: Any = None) -> 
         warn_of_setup(doubts_of(impact))
         return impact
     return workspace.solve(scene, q, v, impulses)
+
+
+@public
+def outcomes(
+    scene: Scene, q: ArrayLike, v: ArrayLike, *, samples: int = 4096, seed: int = 0
+) -> Outcomes:
+    """Return the v⁺ that the impact may end with when contacts compress in any order and shares.
+
+    Rigid bodies that are hit at several points have no single answer: a law chooses one.
+
+    Args:
+        scene: with contacts. q, v: (nq,), (nv,) the state before.
+        samples: how many processes are followed.
+        seed: sample k depends on it and k alone, not on the number of threads.
+
+    Raises:
+        ShapeError, NotFiniteError, StateError: q or v.
+        RangeError: samples below 1, a seed below 0.
+        InputError: nothing touches; contacts with adhesion, rolling, torsion, tangential
+            restitution, or friction that is no number; a law that the contacts do not accept.
+
+    Example:
+        >>> from impulsekit import Contact, Robot, Scene
+        >>> ball = Robot.from_urdf("models/ball.urdf", root="freeflyer")
+        >>> floor = Contact("ball", at=[0, 0, -0.1], friction=0.3)
+        >>> scene = Scene(ball, contacts=[floor], gap_bound=1)
+        >>> found = outcomes(scene, ball.neutral(), [1, 0, -2, 0, 0, 0], samples=16)
+        >>> found.bounds[:, 0].round(9).tolist()
+        [0.909090909, 0.909090909]
+    """
+    from .all_outcomes import outcomes_of
+
+    return outcomes_of(solve(scene, q, v), samples, seed)
 
 
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
