@@ -30,13 +30,20 @@ double largest_mobility(const double* W, int rows, int i, int j) {
 void scale_system(ConeSystem& s, const double* W, int rows, const double* b, double scale,
                   const Cones& cones, Arena& arena) {
     s.A = arena.allocate(s.rows, s.rows);
+    s.mobility = cones.mobility ? arena.allocate(s.rows, s.rows) : s.A;
+    const auto in_units = [&](const double* matrix, double* own) {
+        for (int i = 0; i < s.rows; ++i)
+            for (int j = 0; j < s.rows; ++j)
+                own[i * s.rows + j] =
+                    s.unit[i] * matrix[s.source[i] * rows + s.source[j]] * s.unit[j];
+    };
+    in_units(W, s.A);
+    if (cones.mobility) in_units(cones.mobility, s.mobility);
     s.b = arena.allocate(s.rows);
     double fastest = 0.0;
     for (int i = 0; i < s.rows; ++i) {
         s.b[i] = s.unit[i] * b[s.source[i]];
         fastest = std::max({fastest, std::abs(s.b[i]), s.unit[i] * scale * 1e-3});
-        for (int j = 0; j < s.rows; ++j)
-            s.A[i * s.rows + j] = s.unit[i] * W[s.source[i] * rows + s.source[j]] * s.unit[j];
     }
     for (int c = 0; c < s.contacts; ++c) {
         s.floor[c] = cones.floor[s.owner[c]] / s.unit[s.normal[c]];

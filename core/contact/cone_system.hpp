@@ -10,6 +10,7 @@ namespace impulsekit {
 struct ConeSystem {
     int rows = 0, contacts = 0, groups = 0;
     double* A = nullptr;               // (rows, rows)
+    double* mobility = nullptr;        // (rows, rows) A without friction of what slides, symmetric
     double* b = nullptr;               // (rows)
     int* source = nullptr;             // (rows) row of the given problem
     double* unit = nullptr;            // (rows) P_given = unit · P · velocity

@@ -24,6 +24,8 @@ struct Cones {
     std::vector<int> size;         // (g) 1 or 2
     std::vector<int> contact;      // (g) whose normal impulse bounds it; −1 for none
     std::vector<double> friction;  // (g) µ_g
+    // (rows, rows) W, where the columns of normals have the friction of what slides in them besides
+    const double* mobility = nullptr;
 };
 
 struct ConeSolution {

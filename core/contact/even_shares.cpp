@@ -51,7 +51,7 @@ void factor_held(const ConeSystem& s, Held& held, Arena& arena) {
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             held.factor[i * n + j] =
-                s.A[held.rows[i] * s.rows + held.rows[j]] / (held.root[i] * held.root[j]);
+                s.mobility[held.rows[i] * s.rows + held.rows[j]] / (held.root[i] * held.root[j]);
     held.rank = factor_pivoted(held.factor, n, held.order, tolerance::dependent);
     null_projector(held.factor, held.order, n, held.rank, held.projector, arena);
     held.is_factored = true;

@@ -285,6 +285,7 @@ class RestLaw {
         }
         for (int j = 0; j < p_.joints; ++j)
             add(-1, 3 * (p_.points + p_.turning) + j, 1, -1, p_.bound[j]);
+        cones.mobility = p_.W;
         double scale = 0.0;
         for (int r = 0; r < rows_; ++r) scale = std::max(scale, std::abs(p_.b[r]));
         const ConeSolution found = solve_cones(C_, rows_, p_.b, scale, cones, force_);
