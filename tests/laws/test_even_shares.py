@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from scipy.optimize import root
 
@@ -180,3 +181,44 @@ def test_what_a_contact_shares_does_not_depend_on_its_tangents():
             assert solution.status.obeys_law
             found.append(turn.T @ solution.impulse)
         assert np.ptp(found, axis=0).max() < 1e-9 * np.abs(found).max()
+
+
+def two_tilted_feet(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """W (24, 24) of two bodies on four corners each, coupled with each other, and u⁻ of a fall."""
+    rows = np.zeros((24, 12))
+    for foot in range(2):
+        turn = pin.exp3(rng.normal(size=3) * 0.1)
+        corners = [turn @ [x, y, -0.1] for x in (-0.1, 0.1) for y in (-0.06, 0.06)]
+        for k, at in enumerate(corners):
+            own = slice(12 * foot + 3 * k, 12 * foot + 3 * k + 3)
+            rows[own, 6 * foot : 6 * foot + 6] = np.hstack([np.eye(3), -pin.skew(at)])
+    root = np.eye(12) + 0.2 * rng.normal(size=(12, 12))
+    root[:, [3, 4, 5, 9, 10, 11]] *= 8.0
+    moved = rows @ root
+    v = np.r_[rng.normal(size=12) * 0.2]
+    v[[2, 8]] -= 1.0
+    return moved @ moved.T, rows @ v
+
+
+def test_slipping_feet_share_as_springs_in_the_limit_of_rigidity():
+    """Their slip is some 1e-4 of their speeds: restitution turns feet that are not level."""
+    rng, slid = np.random.default_rng(0), 0
+    for _ in range(40):
+        W, u = two_tilted_feet(rng)
+        e, mu, none = np.full(8, 0.3), np.full(8, 0.5), np.zeros(8)
+        exact = solve_contacts(ContactProblem(W, u, u, e, mu, none), ik.Law())
+        assert exact.status is ik.Status.SOLVED
+        # A compliance of each contact beside its own mobility.
+        soft = np.zeros(24)
+        for k in range(0, 24, 3):
+            soft[k : k + 2] = np.linalg.eigvalsh(W[k : k + 2, k : k + 2])[1]
+            soft[k + 2] = W[k + 2, k + 2]
+        near = [
+            solve_contacts(ContactProblem(W + g * np.diag(soft), u, u, e, mu, none), ik.Law())
+            for g in (2e-7, 1e-7)
+        ]
+        limit = 2.0 * near[1].impulse - near[0].impulse
+        np.testing.assert_allclose(exact.impulse, limit, rtol=0, atol=1e-6 * np.abs(limit).max())
+        slip = exact.velocity_after.reshape(8, 3)[:, :2]
+        slid += int((np.linalg.norm(slip, axis=1) > 1e-9).sum())
+    assert slid > 100
