@@ -5,6 +5,7 @@
 
 #include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
+#include "linalg/dense.hpp"
 #include "scene/contact_geometry.hpp"
 
 namespace impulsekit {
@@ -331,8 +332,8 @@ void follow_on_face(const Tree<double>& tree, const ContactPoint& here, double r
 
 // A followed point, and the rates of it and its normal over both bodies: where nothing
 // is fixed, differences of fourth order along their motion.
-FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
-                                            const RestingContact& point) const {
+FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree, const RestingContact& point,
+                                            bool moves) const {
     const Gap& gap = gaps_[point.gap];
     const Contact& contact = contact_of(gap);
     FramePairMotion b;
@@ -345,6 +346,7 @@ FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
     const ContactPoint here = at(0.0);
     set_coincident<double>(tree, here.point, here.point - tree.origin[b.first], b);
     b.axes = contact_axes(here.normal);
+    if (!moves) return b;
     const Vec spin = tree.twist[b.other].angular;
     const Feature& feature = point.feature;
     const bool is_first = feature.index[0] == 0;
@@ -376,12 +378,37 @@ FramePairMotion ContactGaps::spot_of_bodies(const Tree<double>& tree,
     return b;
 }
 
-FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact& point) const {
+FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact& point,
+                                  bool moves) const {
     const Gap& gap = gaps_[point.gap];
-    FramePairMotion b = gap.of_bodies() ? spot_of_bodies(tree, point)
-                                        : frame_pair_motion(tree, contact_of(gap).frames);
+    FramePairMotion b;
+    if (gap.of_bodies())
+        b = spot_of_bodies(tree, point, moves);
+    else if (moves)
+        b = frame_pair_motion(tree, contact_of(gap).frames);
+    else
+        static_cast<FramePairState<double>&>(b) = frame_pair_state(tree, contact_of(gap).frames);
     scale_to_ellipse(tree, gap.entry, b.axes);
     return b;
+}
+
+Spatial<double> ContactGaps::velocity(const Tree<double>& tree, const RestingContact& point,
+                                      const double* q, const double* v) const {
+    const Gap& gap = gaps_[point.gap];
+    Spatial<double> u;
+    if (gap.kind == Contact::stop) {
+        u.linear.z = gap.sign * v[contact_of(gap).v];
+    } else if (gap.kind == Contact::functions) {
+        const int nv = scene_->model->nv;
+        const Arena::Scope scope(scratch());
+        double* own = scratch().allocate(1 + 3 * nv);
+        functions_.rows(gap.function, q, own);
+        u.linear = {dot(own + 1, v, nv), dot(own + 1 + nv, v, nv), dot(own + 1 + 2 * nv, v, nv)};
+    } else {
+        u = relative_velocity(tree, spot(tree, point, false));
+        if (gap.kind == Contact::rope) u.linear.x = u.linear.y = 0.0;
+    }
+    return u;
 }
 
 void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, const double* q,
@@ -405,7 +432,7 @@ void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, co
         return;
     }
     if (turning) std::fill(turning, turning + 3 * nv, 0.0);
-    const FramePairMotion b = spot(tree, point);
+    const FramePairMotion b = spot(tree, point, bias != nullptr);
     add_rows<double>(tree, b, J, turning);
     if (bias) {
         const Spatial<double> rate = relative_rate(tree, b);

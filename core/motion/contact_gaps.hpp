@@ -99,11 +99,14 @@ class ContactGaps {
     void find_points(const Tree<double>& tree, int gap, double margin,
                      std::vector<RestingContact>& found) const;
 
-    // The point and axes of a resting point of two bodies; the tree with places and twists.
-    FramePairMotion spot(const Tree<double>& tree, const RestingContact& point) const;
-    // (3, nv) rows of a resting point and of its turning, and their rates at no joint acceleration,
-    // where asked for; the tree with places and twists, for rates with those of bodies as well.
-    // For an ellipse of friction tangents have its semi-axes as units.
+    // The point and axes of a resting point of two bodies, and how these move where asked for; the
+    // tree with places and twists. For an ellipse of friction tangents have its semi-axes as units.
+    FramePairMotion spot(const Tree<double>& tree, const RestingContact& point, bool moves) const;
+    // The velocity of a resting point and its angular velocity, in its axes.
+    Spatial<double> velocity(const Tree<double>& tree, const RestingContact& point, const double* q,
+                             const double* v) const;
+    // (3, nv) rows of both, and their rates at no joint acceleration, where asked for; for rates
+    // the tree with those of bodies as well.
     void rows(const Tree<double>& tree, const RestingContact& point, const double* q,
               const double* v, const RestRows& to) const;
     // True if friction goes by an ellipse, whose semi-axes are units of the tangents.
@@ -117,7 +120,8 @@ class ContactGaps {
   private:
     void measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,
                         GapState& found) const;
-    FramePairMotion spot_of_bodies(const Tree<double>& tree, const RestingContact& point) const;
+    FramePairMotion spot_of_bodies(const Tree<double>& tree, const RestingContact& point,
+                                   bool moves) const;
     void scale_to_ellipse(const Tree<double>& tree, int entry, Mat& axes) const;
     const Contact& contact_of(const Gap& gap) const { return scene_->contacts[gap.entry]; }
 

@@ -1,9 +1,11 @@
-// Events that end a step: gaps that close, and functions of the state that fall to zero.
+#include "motion/events.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "contact/tolerances.hpp"
 #include "integrator/zero.hpp"
+#include "linalg/dense.hpp"
 #include "motion/motion.hpp"
 
 namespace impulsekit {
@@ -22,11 +24,20 @@ constexpr double kShort = 0.9;
 // Below this distance [m] nothing is thin enough to be passed.
 constexpr double kNear = 1e-7;
 
-// The first zero of a gap from `at` to `until`, see `first_closing`. `bend`: of a smooth rate; 0
-// for none. `change`: by how much the rate seems to change in a second.
+// A part of a step: the states of a gap at its ends, and bounds of how it moves between. `bend`: of
+// a smooth rate; 0 for none. `change`: by how much the rate seems to change in a second.
+struct Part {
+    double begin, end;
+    GapState left, right;
+    double fastest, bend, change;
+};
+
+// The first zero of a gap in a part of a step before `until`.
 template <typename Measure>
-double advance_to_zero(Measure measure, double at, double until, GapState now, double fastest,
-                       double bend, double change, double& unsure) {
+double advance_to_zero(Measure measure, const Part& part, double until, double& unsure) {
+    const auto [begin, end, left, right, fastest, bend, change] = part;
+    double at = begin;
+    GapState now = left;
     const double least = 1e-5 * (until - at);
     double last = 0.0;
     for (int count = 0; at < until; ++count) {
@@ -58,7 +69,7 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
         by = std::max({by, least, now.gap <= kWaver ? 2.0 * last : 0.0});
         last = now.gap <= kWaver ? by : 0.0;
         const double next = std::min(at + by, until);
-        const GapState there = measure(next);
+        const GapState there = next == end ? right : measure(next);
         if (there.gap < 0.0 && now.gap > 0.0)
             return zero_between(at, now.gap, next, there.gap,
                                 [&](double x) { return measure(x).gap; });
@@ -72,48 +83,49 @@ double advance_to_zero(Measure measure, double at, double until, GapState now, d
     return INFINITY;
 }
 
-// When a measure falls to zero; time advances by what is surely free of it, part_of_step by
-// part_of_step: no gap closes faster than the bodies' points move, and one with a smooth rate no
-// faster than g + ġ s − A s²/2. Where that gets nowhere, `unsure` says from when on nothing is
-// known.
-template <typename Measure, typename Prepare>
-double first_zero(const Step& step, double until, bool smooth, Measure measure, Prepare prepare,
-                  double& unsure) {
+// When a gap falls to zero; time advances by what is surely free of it, part by part: no gap closes
+// faster than the bodies' points move, and one with a smooth rate no faster than g + ġ s − A s²/2.
+// Where that gets nowhere, `unsure` says from when on nothing is known. `nodes`: the gap at the
+// start, the middle and the end; `start`: at the start as `measure` has it.
+template <typename Measure>
+double first_zero(const Step& step, double until, bool smooth, const GapState* nodes,
+                  const GapState& start, Measure measure, double& unsure) {
     const double span = step.end - step.start;
     // Bodies that turn often in a step are seen as often.
-    const GapState nodes[] = {measure(step.start), measure(step.start + 0.5 * span),
-                              measure(step.end)};
-    double turning = 0.0, bound = 0.0;
-    for (const GapState& node : nodes) {
-        turning = std::max(turning, node.turning);
-        bound = std::max(bound, node.bound);
-    }
-    if (nodes[0].gap > kFaster * bound * span) return INFINITY;
-    prepare(nodes, 0.5 * span);
-    GapState left = measure(step.start);
+    const double turning = std::max({nodes[0].turning, nodes[1].turning, nodes[2].turning});
     const int parts = static_cast<int>(std::min(std::max(4.0, turning * span / kSeen), 1e5));
-    const double part_of_step = span / parts;
+    const double length = span / parts;
+    GapState left = start;
     for (int i = 0; i < parts; ++i) {
-        const double begin = step.start + i * part_of_step, end = begin + part_of_step;
+        const double begin = step.start + i * length, end = begin + length;
         if (begin >= until) break;
         const GapState right = measure(end);
-        const double fastest = kFaster * std::max(left.bound, right.bound) + tolerance::tiny,
-                     bend = left.is_rough || right.is_rough
-                                ? 0.0
-                                : 2.0 * std::abs(right.rate - left.rate) / part_of_step;
-        const double found = advance_to_zero(
-            measure, begin, std::min(end, until), left, fastest, smooth ? bend : 0.0,
-            left.is_rough || right.is_rough ? INFINITY : bend, unsure);
+        const double bend = 2.0 * std::abs(right.rate - left.rate) / length;
+        const bool is_rough = left.is_rough || right.is_rough;
+        const Part part{begin,
+                        end,
+                        left,
+                        right,
+                        kFaster * std::max(left.bound, right.bound) + tolerance::tiny,
+                        smooth && !is_rough ? bend : 0.0,
+                        is_rough ? INFINITY : bend};
+        const double found = advance_to_zero(measure, part, std::min(end, until), unsure);
         if (found < INFINITY || unsure < INFINITY) return found;
         left = right;
     }
     return INFINITY;
 }
 
+// True if a gap is too wide to close within a step.
+bool stays_open(const GapState* nodes, double span) {
+    const double bound = std::max({nodes[0].bound, nodes[1].bound, nodes[2].bound});
+    return nodes[0].gap > kFaster * bound * span;
+}
+
 }  // namespace
 
-GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
-    set_state(step, at);
+// A gap at the tree's state, from what counts as closed; of passing contacts how deep they are.
+GapState Motion::gap_here(int gap, Ahead* ahead) {
     if (ahead) ahead->base = base_[gap];
     GapState found =
         dynamics_.contact_gaps.measure(dynamics_.tree, dynamics_.contact_gaps.gaps()[gap],
@@ -123,141 +135,171 @@ GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
     return found;
 }
 
-double Motion::first_closing(const Step& step, int gap, double until, double& unsure) {
-    const bool smooth = !dynamics_.contact_gaps.gaps()[gap].of_bodies();
-    Ahead ahead{0.0, INFINITY};
-    return first_zero(
-        step, until, smooth, [&](double at) { return gap_at(step, gap, at, &ahead); },
-        [&](const GapState* nodes, double apart) {
-            const ContactGaps& contact_gaps = dynamics_.contact_gaps;
-            ahead.acceleration = 0.0;
-            for (int i = 0; i < 2 && !smooth; ++i)
-                ahead.acceleration = std::max(
-                    ahead.acceleration, contact_gaps.acceleration(contact_gaps.gaps()[gap],
-                                                                  nodes[i], nodes[i + 1], apart));
-        },
-        unsure);
+GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
+    set_state(step, at);
+    return gap_here(gap, ahead);
+}
+
+double Motion::first_closing(const Step& step, int gap, const GapState* nodes, double until,
+                             double& unsure) {
+    const ContactGaps& gaps = dynamics_.contact_gaps;
+    const bool smooth = !gaps.gaps()[gap].of_bodies();
+    const double span = step.end - step.start;
+    if (stays_open(nodes, span)) return INFINITY;
+    Ahead ahead{0.0, 0.0};
+    for (int i = 0; i < 2 && !smooth; ++i)
+        ahead.acceleration =
+            std::max(ahead.acceleration,
+                     gaps.acceleration(gaps.gaps()[gap], nodes[i], nodes[i + 1], 0.5 * span));
+    const auto measure = [&](double at) { return gap_at(step, gap, at, &ahead); };
+    return first_zero(step, until, smooth, nodes, smooth ? nodes[0] : measure(step.start), measure,
+                      unsure);
 }
 
 // When bodies that rest on each other come down elsewhere: their gap, which is none where they
 // rest, is below that.
 double Motion::first_elsewhere(const Step& step, int gap, double until) {
-    const double base = base_[gap];
-    base_[gap] = std::min(base, 0.0) - kWaver;
-    double left = step.start, value = gap_at(step, gap, left).gap, found = INFINITY;
-    for (int i = 1; i < 9 && left < until && found == INFINITY; ++i) {
+    const auto value_at = [&](double at) { return gap_at(step, gap, at).gap + kWaver; };
+    double left = step.start, value = value_at(left);
+    for (int i = 1; i < 9 && left < until; ++i) {
         const double right = std::min(step.start + 0.125 * i * (step.end - step.start), until);
-        const double next = gap_at(step, gap, right).gap;
-        if (value > 0.0 && next < 0.0)
-            found = zero_between(left, value, right, next,
-                                 [&](double at) { return gap_at(step, gap, at).gap; });
+        const double next = value_at(right);
+        if (value > 0.0 && next < 0.0) return zero_between(left, value, right, next, value_at);
         left = right;
         value = next;
     }
-    base_[gap] = base;
+    return INFINITY;
+}
+
+// All that may happen in a step from here.
+std::vector<EventFunction> Motion::event_functions() const {
+    std::vector<EventFunction> found;
+    const auto add = [&](EventFunction::Kind kind, std::size_t index) {
+        found.push_back({kind, static_cast<int>(index)});
+    };
+    const std::vector<Gap>& gaps = dynamics_.contact_gaps.gaps();
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+        if (!rests_on(static_cast<int>(i)))
+            add(EventFunction::gap_closes, i);
+        else if (gaps[i].of_bodies())
+            add(EventFunction::touches_elsewhere, i);
+    }
+    for (int k = 0; k < dynamics_.kinks.count(); ++k) {
+        add(EventFunction::force_enters, k);
+        add(EventFunction::force_bends, k);
+    }
+    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
+        add(rest_.dry[j] == 0 ? EventFunction::joint_starts : EventFunction::joint_stops, j);
+    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+        const RestingContact& point = rest_.points[i];
+        const int entry = gaps[point.gap].entry;
+        if (pull_on(entry) > 0.0 || (dynamics_.has_drop(entry) && !point.slip.moves))
+            add(EventFunction::point_tears, i);
+        if (point.slip.moves) add(EventFunction::slip_stops, i);
+        add(EventFunction::point_lifts, i);
+        add(EventFunction::point_leaves, i);
+        if (gaps[point.gap].turns && point.roll.moves) add(EventFunction::roll_stops, i);
+        if (gaps[point.gap].turns && point.spin.moves) add(EventFunction::spin_stops, i);
+    }
     return found;
 }
 
-// Functions of the state that are positive while nothing changes: forces with a kink, slip along
-// its way, points that do not lift or leave their faces, joints that move.
-void Motion::margins(const Step& step, double at, std::vector<double>& found) {
-    found.clear();
+// The value of an event function of forces, joints or points at the tree's state; `u`: of its
+// point.
+double Motion::margin(const EventFunction& f, const Spatial<double>& u) const {
+    const auto along = [](const SlipState& slip, double a, double b) {
+        return slip.direction[0] * a + slip.direction[1] * b;
+    };
+    const double *q = here_.data(), *v = q + nq(), torn = tolerance::torn * dynamics_.size;
+    const RestingContact* point = f.is_of_point() ? &rest_.points[f.index] : nullptr;
+    switch (f.kind) {
+        case EventFunction::force_bends:
+            return dynamics_.kinks.margin(f.index, dynamics_.tree, q, v);
+        case EventFunction::joint_stops:
+            return rest_.dry[f.index] * v[scene_->dry[f.index].v];
+        case EventFunction::joint_starts:
+            return torn - std::abs(dynamics_.dry_rate[f.index]);
+        case EventFunction::slip_stops:
+            return along(point->slip, u.linear.x, u.linear.y);
+        case EventFunction::roll_stops:
+            return along(point->roll, u.angular.x, u.angular.y);
+        case EventFunction::spin_stops:
+            return along(point->spin, u.angular.z, 0.0);
+        case EventFunction::point_lifts:
+            return kLifted - u.linear.z;
+        case EventFunction::point_leaves: {
+            double inside = INFINITY;
+            dynamics_.contact_gaps.gap_of(dynamics_.tree, *point, q, &inside);
+            return inside + kLeft;
+        }
+        case EventFunction::point_tears: {
+            const double* rate = dynamics_.rate.data() + 3 * f.index;
+            const int entry = dynamics_.contact_gaps.gaps()[point->gap].entry;
+            const bool drops = dynamics_.has_drop(entry) && !point->slip.moves;
+            return std::min(drops ? torn - std::hypot(rate[0], rate[1]) : 1.0,
+                            pull_on(entry) > 0.0 ? kParted * dynamics_.size - rate[2] : 1.0);
+        }
+        default:
+            return INFINITY;
+    }
+}
+
+// The values of several at a time of a step; what needs accelerations is not seen without them.
+void Motion::margins(const std::vector<EventFunction>& functions, const Step& step, double at,
+                     std::vector<double>& found) {
     set_state(step, at);
-    const double *q = here_.data(), *v = q + nq();
-    const Tree<double>& tree = dynamics_.tree;
-    for (int k = 0; k < dynamics_.kinks.count(); ++k)
-        found.push_back(dynamics_.kinks.margin(k, tree, q, v));
-    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-        found.push_back(rest_.dry[j] == 0 ? INFINITY : rest_.dry[j] * v[scene_->dry[j].v]);
-    std::vector<double> J(3 * nv()), turning(3 * nv()), tears;
-    const auto along = [&](const double* row) {
-        double sum = 0.0;
-        for (int i = 0; i < nv(); ++i) sum += row[i] * v[i];
-        return sum;
-    };
-    write_tears(at, q, v, tears);
-    found.insert(found.end(), tears.begin(), tears.end());
-    for (const RestingContact& point : rest_.points) {
-        const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
-        dynamics_.contact_gaps.rows(tree, point, q, v,
-                                    {J.data(), turns ? turning.data() : nullptr});
-        const double first = along(J.data()), second = along(J.data() + nv());
-        found.push_back(point.slip.moves
-                            ? point.slip.direction[0] * first + point.slip.direction[1] * second
-                            : INFINITY);
-        found.push_back(kLifted - along(J.data() + 2 * nv()));
-        double inside = INFINITY;
-        dynamics_.contact_gaps.gap_of(tree, point, q, &inside);
-        found.push_back(inside + kLeft);
-        if (!turns) continue;
-        found.push_back(point.roll.moves
-                            ? point.roll.direction[0] * along(turning.data()) +
-                                  point.roll.direction[1] * along(turning.data() + nv())
-                            : INFINITY);
-        found.push_back(point.spin.moves
-                            ? point.spin.direction[0] * along(turning.data() + 2 * nv())
-                            : INFINITY);
+    bool has_rates = true;
+    if (std::any_of(functions.begin(), functions.end(),
+                    [](const EventFunction& f) { return f.needs_rates(); })) {
+        RestingState rest = rest_;
+        std::vector<double> a(nv());
+        has_rates = dynamics_.accelerate(at, here_.data(), here_.data() + nq(), rest, a.data()) ==
+                    DynamicsFailure::none;
+    }
+    found.clear();
+    int known = -1;
+    Spatial<double> u;
+    for (const EventFunction& f : functions) {
+        if (f.is_of_point() && f.index != known) {
+            u = velocity_of(rest_.points[f.index], here_.data());
+            known = f.index;
+        }
+        found.push_back(f.needs_rates() && !has_rates ? INFINITY : margin(f, u));
     }
 }
 
-// Margins of contacts that stick as long as they can: by the accelerations that are left.
-void Motion::write_tears(double at, const double* q, const double* v, std::vector<double>& found) {
-    const auto pulls = [&](const RestingContact& p) {
-        return !scene_->pulls.empty() &&
-               scene_->pulls[dynamics_.contact_gaps.gaps()[p.gap].entry] > 0.0;
+// When the zone of a force with a kink begins or ends.
+double Motion::first_zone(const Step& step, int kink, double until) {
+    const auto measure = [&](double at) {
+        set_state(step, at);
+        const auto [value, rate] =
+            dynamics_.kinks.zone(kink, dynamics_.tree, here_.data(), here_.data() + nq());
+        GapState found;
+        found.gap = value, found.rate = rate, found.bound = std::abs(rate);
+        return found;
     };
-    const auto drops = [&](const RestingContact& p) {
-        return dynamics_.has_drop(dynamics_.contact_gaps.gaps()[p.gap].entry) && !p.slip.moves;
-    };
-    bool may_tear = std::any_of(rest_.dry.begin(), rest_.dry.end(),
-                                [](signed char direction) { return direction == 0; });
-    for (const RestingContact& point : rest_.points)
-        may_tear = may_tear || pulls(point) || drops(point);
-    if (!may_tear) return;
-    RestingState rest = rest_;
-    std::vector<double> a(nv());
-    if (dynamics_.accelerate(at, q, v, rest, a.data()) != DynamicsFailure::none) return;
-    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        const RestingContact& point = rest_.points[i];
-        if (!pulls(point) && !drops(point)) continue;
-        const double* rate = dynamics_.rate.data() + 3 * i;
-        const double slips =
-            drops(point) ? std::hypot(rate[0], rate[1]) - tolerance::torn * dynamics_.size : -1.0;
-        const double parts = pulls(point) ? rate[2] - kParted * dynamics_.size : -1.0;
-        found.push_back(-std::max(slips, parts));
-    }
-    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-        if (rest_.dry[j] == 0)
-            found.push_back(tolerance::torn * dynamics_.size - std::abs(dynamics_.dry_rate[j]));
+    const GapState nodes[] = {measure(step.start), measure(0.5 * (step.start + step.end)),
+                              measure(step.end)};
+    if (!(nodes[0].gap < INFINITY) || stays_open(nodes, step.end - step.start)) return INFINITY;
+    double unsure = INFINITY;
+    return std::min(first_zero(step, until, true, nodes, nodes[0], measure, unsure), unsure);
 }
 
-double Motion::first_change(const Step& step, double until) {
-    if (dynamics_.kinks.empty() && rest_.points.empty() && rest_.dry.empty()) return INFINITY;
+// The first of the functions of forces, joints and points that falls to zero.
+double Motion::first_change(const std::vector<EventFunction>& functions, const Step& step,
+                            double until) {
+    if (functions.empty()) return INFINITY;
     double zone = INFINITY;
-    for (int k = 0; k < dynamics_.kinks.count(); ++k) {
-        const auto measure = [&](double at) {
-            set_state(step, at);
-            const auto [value, rate] =
-                dynamics_.kinks.zone(k, dynamics_.tree, here_.data(), here_.data() + nq());
-            GapState found;
-            found.gap = value, found.rate = rate, found.bound = std::abs(rate);
-            return found;
-        };
-        double unsure = INFINITY;
-        if (measure(step.start).gap < INFINITY)
-            zone =
-                std::min({zone,
-                          first_zero(
-                              step, until, true, measure, [](const GapState*, double) {}, unsure),
-                          unsure});
-    }
+    for (const EventFunction& f : functions)
+        if (f.kind == EventFunction::force_enters)
+            zone = std::min(zone, first_zone(step, f.index, until));
     until = std::min(until, zone);
     std::vector<double> before, after, trial;
     double left = step.start;
-    margins(step, left, before);
+    margins(functions, step, left, before);
     for (int i = 1; i < 5; ++i) {
         const double right = step.start + kNodes[i] * (until - step.start);
-        margins(step, right, after);
+        margins(functions, step, right, after);
         double first = INFINITY;
         for (std::size_t k = 0; k < after.size(); ++k) {
             if (!(after[k] < 0.0)) continue;
@@ -269,8 +311,8 @@ double Motion::first_change(const Step& step, double until) {
             if (std::isinf(before[k])) continue;
             first = std::min(first, zero_between(left, before[k], std::min(right, first), after[k],
                                                  [&](double x) {
-                                                     margins(step, x, trial);
-                                                     return trial[k];
+                                                     margins({functions[k]}, step, x, trial);
+                                                     return trial[0];
                                                  }));
         }
         if (first < INFINITY) return first;
@@ -280,65 +322,52 @@ double Motion::first_change(const Step& step, double until) {
     return zone;
 }
 
-Motion::Event Motion::first_event(const Step& step) {
+Event Motion::first_event(const Step& step) {
     Event event;
     event.t = step.end;
-    const std::size_t gaps = dynamics_.contact_gaps.gaps().size();
-    std::vector<char> rests(gaps, 0);
-    for (const RestingContact& point : rest_.points) rests[point.gap] = 1;
-    for (std::size_t i = 0; i < gaps; ++i) {
-        if (rests[i] && !dynamics_.contact_gaps.gaps()[i].of_bodies()) continue;
+    std::vector<EventFunction> changes, gaps;
+    for (const EventFunction& f : event_functions()) (f.is_of_gap() ? gaps : changes).push_back(f);
+    std::vector<GapState> nodes(3 * gaps.size());
+    for (int i = 0; i < 3; ++i) {
+        set_state(step, step.start + 0.5 * i * (step.end - step.start));
+        for (std::size_t k = 0; k < gaps.size(); ++k)
+            if (gaps[k].kind == EventFunction::gap_closes)
+                nodes[3 * k + i] = gap_here(gaps[k].index);
+    }
+    for (std::size_t k = 0; k < gaps.size(); ++k) {
         double unsure = INFINITY;
-        const int gap = static_cast<int>(i);
-        const double at = rests[i] ? first_elsewhere(step, gap, event.t)
-                                   : first_closing(step, gap, event.t, unsure);
-        if (unsure < event.t) {
-            event.kind = Event::cut;
-            event.t = unsure;
-        }
-        if (at < event.t || (at == event.t && event.kind == Event::nothing && at < INFINITY)) {
-            event.kind = rests[i] ? Event::elsewhere : Event::closing;
-            event.t = at;
-            event.gap = static_cast<int>(i);
-        }
+        const int gap = gaps[k].index;
+        const bool closes = gaps[k].kind == EventFunction::gap_closes;
+        const double at = closes ? first_closing(step, gap, &nodes[3 * k], event.t, unsure)
+                                 : first_elsewhere(step, gap, event.t);
+        if (unsure < event.t) event = {Event::is_unsure, unsure, -1};
+        if (at < event.t || (at == event.t && event.kind == Event::none && at < INFINITY))
+            event = {closes ? Event::closes : Event::elsewhere, at, gap};
     }
-    const double change = first_change(step, event.t);
-    if (change < event.t) {
-        event.kind = Event::change;
-        event.t = change;
-    }
+    const double change = first_change(changes, step, event.t);
+    if (change < event.t) event = {Event::changes, change, -1};
     return event;
 }
 
 // Slip that has stopped at y keeps still, unless the law of rest lets it go.
 void Motion::stop_slips() {
-    std::vector<double> J(3 * nv()), turning(3 * nv());
-    const double* v = y.data() + nq();
-    const auto along = [&](const double* row) {
-        double sum = 0.0;
-        for (int i = 0; i < nv(); ++i) sum += row[i] * v[i];
-        return sum;
+    const double *v = y.data() + nq(), fastest = std::max(1.0, largest(v, nv())),
+                 none = tolerance::residual * fastest;
+    const auto stop = [&](SlipState& slip_state, double a, double b) {
+        if (!slip_state.moves || slip_state.begins()) return;
+        const double speed = std::hypot(a, b);
+        if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
+        // Slip that has turned away goes on.
+        slip_state = speed > std::max(none, dynamics_.slow)
+                         ? SlipState{true, {a / speed, b / speed}}
+                         : SlipState();
     };
-    double fastest = 1.0;
-    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    const double none = tolerance::residual * fastest;
     for (RestingContact& point : rest_.points) {
-        const bool turns = dynamics_.contact_gaps.gaps()[point.gap].turns;
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v,
-                                    {J.data(), turns ? turning.data() : nullptr});
-        const auto stop = [&](SlipState& slip_state, const double* row, int size) {
-            if (!slip_state.moves || slip_state.begins()) return;
-            const double a = along(row), b = size == 2 ? along(row + nv()) : 0.0,
-                         speed = std::hypot(a, b);
-            if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
-            // Slip that has turned away goes on.
-            slip_state = speed > std::max(none, dynamics_.slow)
-                             ? SlipState{true, {a / speed, b / speed}}
-                             : SlipState();
-        };
-        stop(point.slip, J.data(), 2);
-        stop(point.roll, turning.data(), 2);
-        stop(point.spin, turning.data() + 2 * nv(), 1);
+        const Spatial<double> u = velocity_of(point, y.data());
+        stop(point.slip, u.linear.x, u.linear.y);
+        if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
+        stop(point.roll, u.angular.x, u.angular.y);
+        stop(point.spin, u.angular.z, 0.0);
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j)
         if (rest_.dry[j] * v[scene_->dry[j].v] <= none) rest_.dry[j] = 0;
@@ -349,10 +378,7 @@ std::vector<int> Motion::gaps_that_close(const Event& event) {
     std::vector<int> closing;
     const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i) {
-        bool rests = false;
-        for (const RestingContact& point : rest_.points)
-            rests = rests || point.gap == static_cast<int>(i);
-        if (rests) continue;
+        if (rests_on(static_cast<int>(i))) continue;
         const GapState now =
             dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
         const double sign = passing_[i] ? -1.0 : 1.0;
@@ -376,8 +402,8 @@ std::vector<int> Motion::gaps_that_close(const Event& event) {
 // Deal with the event that ends a step at y; false where the motion cannot go on.
 bool Motion::handle(const Event& event) {
     dynamics_.set_state(y.data(), y.data() + nq());
-    if (event.kind == Event::cut) return update_rest();
-    if (event.kind == Event::change) {
+    if (event.kind == Event::is_unsure) return update_rest();
+    if (event.kind == Event::changes) {
         if (!dynamics_.kinks.empty())
             dynamics_.kinks.change(dynamics_.tree, y.data(), y.data() + nq());
         stop_slips();

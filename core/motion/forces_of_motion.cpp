@@ -35,8 +35,9 @@ ForcesAt ForcesOfMotion::at(double t, const double* q, const double* v, RestingS
         found.entries.push_back(gap.entry);
         found.signs.push_back(gap.sign);
         const bool has_place = gap.kind != Contact::stop && gap.kind != Contact::functions;
-        const FramePairMotion b =
-            has_place ? dynamics_.contact_gaps.spot(dynamics_.tree, point) : FramePairMotion();
+        const FramePairMotion b = has_place
+                                      ? dynamics_.contact_gaps.spot(dynamics_.tree, point, false)
+                                      : FramePairMotion();
         const Vec place = dynamics_.tree.world_place(b.place);
         double axes[9];
         to_rows(b.axes, axes);

@@ -127,23 +127,17 @@ bool Motion::has_impacts_left() {
 bool Motion::close_gaps(const std::vector<int>& closing) {
     if (!has_impacts_left()) return false;
     const std::vector<RestingContact> points = points_of_gaps(closing);
-    std::vector<double> J;
-    std::vector<int> turning;
-    write_rows(points, J, turning);
     double approach = -INFINITY, capture = settings_.capture_speed;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        if (std::find(closing.begin(), closing.end(), points[i].gap) == closing.end()) continue;
-        approach =
-            std::max(approach, -sum_of(J.data() + (3 * i + 2) * nv(), y.data() + nq(), nv()));
-        capture = std::max(capture, dynamics_.contact_gaps.gaps()[points[i].gap].capture);
+    for (const RestingContact& point : points) {
+        if (std::find(closing.begin(), closing.end(), point.gap) == closing.end()) continue;
+        approach = std::max(approach, -velocity_of(point, y.data()).linear.z);
+        capture = std::max(capture, dynamics_.contact_gaps.gaps()[point.gap].capture);
     }
     for (int gap : closing) count_soft_impact(gap, approach < capture);
     if (!(approach > 0.0)) {
         // Nothing meets: a distance wavers, or what rests has its points elsewhere now.
-        bool rests = false;
-        for (const RestingContact& point : rest_.points)
-            rests = rests || std::find(closing.begin(), closing.end(), point.gap) != closing.end();
-        if (rests) return find_resting_contacts(points, true, slow_);
+        if (std::any_of(closing.begin(), closing.end(), [this](int gap) { return rests_on(gap); }))
+            return find_resting_contacts(points, true, slow_);
         for (int gap : closing) base_[gap] -= kWaver;
         restart();
         return ended == Ended::not_yet;

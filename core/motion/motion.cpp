@@ -76,6 +76,22 @@ bool Motion::set_state(const Step& step, double at) {
     return true;
 }
 
+// The velocity of a resting point at a state (nq + nv), which the tree has.
+Spatial<double> Motion::velocity_of(const RestingContact& point, const double* state) const {
+    return dynamics_.contact_gaps.velocity(dynamics_.tree, point, state, state + nq());
+}
+
+// True if a contact rests at some point of a gap.
+bool Motion::rests_on(int gap) const {
+    return std::any_of(rest_.points.begin(), rest_.points.end(),
+                       [gap](const RestingContact& point) { return point.gap == gap; });
+}
+
+// The force that holds a contact to what it touches [N].
+double Motion::pull_on(int entry) const {
+    return scene_->pulls.empty() ? 0.0 : scene_->pulls[entry];
+}
+
 // The last piece of the path that begins no later than a time.
 std::size_t Motion::piece_at(double at) const {
     std::size_t low = 0, high = path.size();
@@ -309,14 +325,14 @@ bool Motion::advance(double until) {
     micro_bounce_ = 0.0;
     const int evaluations = dynamics_.evaluations;
     const Event event = first_event(step);
-    if (event.kind != Event::nothing) {
+    if (event.kind != Event::none) {
         Step cut;
         rest_ = rested;
         if (event.t > step.start && event.t < step.end && stepper_.shortened(f, step, event.t, cut))
             step = cut;
         else
             step.end = std::max(event.t, step.start);
-        if (event.kind == Event::closing) step.end = sharpened(step, event.gap);
+        if (event.kind == Event::closes) step.end = sharpened(step, event.gap);
         step.at(step.end, y.data());
         normalize(y.data());
         t = step.end;

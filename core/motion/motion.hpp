@@ -11,6 +11,7 @@
 #include "impact/scene_impact.hpp"
 #include "integrator/stepper.hpp"
 #include "motion/dynamics.hpp"
+#include "motion/events.hpp"
 #include "motion/tolerances.hpp"
 
 namespace impulsekit {
@@ -108,15 +109,10 @@ class Motion {
     std::vector<RestInterval> resting() const;
 
   private:
-    struct Event {
-        enum Kind { nothing, closing, change, elsewhere, cut } kind = nothing;
-        double t = 0.0;
-        int gap = -1;
-    };
-
     std::size_t piece_at(double at) const;
     bool rate(double at, const double* y, double* rate);
     bool set_state(const Step& step, double at);
+    Spatial<double> velocity_of(const RestingContact& point, const double* state) const;
     void keep(const Step& step);
     void restart();
     void begin_stretch();
@@ -134,12 +130,18 @@ class Motion {
     // Events.
     Event first_event(const Step& step);
     double sharpened(const Step& step, int gap);
+    GapState gap_here(int gap, Ahead* ahead = nullptr);
     GapState gap_at(const Step& step, int gap, double at, Ahead* ahead = nullptr);
     double first_elsewhere(const Step& step, int gap, double until);
-    double first_closing(const Step& step, int gap, double until, double& unsure);
-    void margins(const Step& step, double at, std::vector<double>& found);
-    void write_tears(double at, const double* q, const double* v, std::vector<double>& found);
-    double first_change(const Step& step, double until);
+    double first_closing(const Step& step, int gap, const GapState* nodes, double until,
+                         double& unsure);
+    std::vector<EventFunction> event_functions() const;
+    double margin(const EventFunction& f, const Spatial<double>& u) const;
+    void margins(const std::vector<EventFunction>& functions, const Step& step, double at,
+                 std::vector<double>& found);
+    double first_zone(const Step& step, int kink, double until);
+    double first_change(const std::vector<EventFunction>& functions, const Step& step,
+                        double until);
     bool handle(const Event& event);
     void stop_slips();
     std::vector<int> gaps_that_close(const Event& event);
@@ -175,7 +177,8 @@ class Motion {
     void rebase();
     void retain_contacts(std::vector<RestingContact> stays);
     bool release_unloaded();
-    std::vector<char> entries_resting() const;
+    bool rests_on(int gap) const;
+    double pull_on(int entry) const;
 
     std::shared_ptr<const MotionScene> scene_;
     MotionSettings settings_;

@@ -99,16 +99,13 @@ bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
     const double slow = std::max(settings_.capture_speed, tolerance::at_rest * fastest);
     const std::vector<RestInterval> before = resting();
-    std::vector<double> J;
-    std::vector<int> turning;
-    write_rows(candidates, J, turning);
     std::vector<RestingContact> parted;
     rest_.points.clear();
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-        const double opening = sum_of(J.data() + (3 * i + 2) * nv(), v, nv());
-        const Gap& gap = dynamics_.contact_gaps.gaps()[candidates[i].gap];
-        const double most = std::max(slow, chatters(candidates[i].gap) ? gap.capture : gap.rests);
-        (opening <= most ? rest_.points : parted).push_back(candidates[i]);
+    for (const RestingContact& point : candidates) {
+        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        const double opening = velocity_of(point, y.data()).linear.z,
+                     most = std::max(slow, chatters(point.gap) ? gap.capture : gap.rests);
+        (opening <= most ? rest_.points : parted).push_back(point);
     }
     for (RestingContact& point : rest_.points) {
         point.pressed = true;
@@ -162,7 +159,7 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
         double size = std::abs(gap.limit);
         if (gap.kind == Contact::point || gap.kind == Contact::rope) {
             const Vec place = dynamics_.tree.world_place(
-                dynamics_.contact_gaps.spot(dynamics_.tree, point).place);
+                dynamics_.contact_gaps.spot(dynamics_.tree, point, false).place);
             size = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
         }
         if (is_told && (height <= kRounded * size || duration <= settings_.together))
@@ -181,24 +178,16 @@ bool Motion::find_slip_states(double no_slip) {
     double fastest = 0.0;
     for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
     dynamics_.set_state(y.data(), v);
-    std::vector<double> J;
-    std::vector<int> turning;
-    write_rows(rest_.points, J, turning);
-    const auto slip_state_of = [&](const double* row, int size, double none) {
-        SlipState slip_state;
-        const double a = sum_of(row, v, nv()), b = size == 2 ? sum_of(row + nv(), v, nv()) : 0.0,
-                     speed = std::hypot(a, b);
-        if (speed > none) slip_state = {true, {a / speed, b / speed}};
-        return slip_state;
+    const auto slip_state_of = [](double a, double b, double none) {
+        const double speed = std::hypot(a, b);
+        return speed > none ? SlipState{true, {a / speed, b / speed}} : SlipState();
     };
-    std::size_t next = rest_.points.size();
-    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        RestingContact& point = rest_.points[i];
-        point.slip = slip_state_of(J.data() + 3 * i * nv(), 2, no_slip);
+    for (RestingContact& point : rest_.points) {
+        const Spatial<double> u = velocity_of(point, y.data());
+        point.slip = slip_state_of(u.linear.x, u.linear.y, no_slip);
         if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
-        point.roll = slip_state_of(J.data() + 3 * next * nv(), 2, kNoSlip);
-        point.spin = slip_state_of(J.data() + (3 * next + 2) * nv(), 1, kNoSlip);
-        ++next;
+        point.roll = slip_state_of(u.angular.x, u.angular.y, kNoSlip);
+        point.spin = slip_state_of(u.angular.z, 0.0, kNoSlip);
     }
     for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
         const double own = v[scene_->dry[j].v];
@@ -222,23 +211,19 @@ void Motion::retain_contacts(std::vector<RestingContact> stays) {
 
 // Points that neither push nor stay are let go of.
 void Motion::release_contacts() {
-    const double* v = y.data() + nq();
-    dynamics_.set_state(y.data(), v);
-    std::vector<double> J;
-    std::vector<int> turning;
-    write_rows(rest_.points, J, turning);
+    dynamics_.set_state(y.data(), y.data() + nq());
     std::vector<RestingContact> stays;
     std::vector<int> torn_gaps;
     for (std::size_t i = 0; i < rest_.points.size(); ++i) {
         double inside = INFINITY;
         dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(), &inside);
         const int entry = dynamics_.contact_gaps.gaps()[rest_.points[i].gap].entry;
-        const bool pulls = !scene_->pulls.empty() && scene_->pulls[entry] > 0.0;
-        const bool torn = pulls && dynamics_.rate.size() == 3 * rest_.points.size() &&
+        const bool torn = pull_on(entry) > 0.0 &&
+                          dynamics_.rate.size() == 3 * rest_.points.size() &&
                           dynamics_.rate[3 * i + 2] > kPartedAtEvent * dynamics_.size;
         const bool lifts =
             torn || (!rest_.points[i].pressed &&
-                     sum_of(J.data() + (3 * i + 2) * nv(), v, nv()) > kLiftedAtEvent);
+                     velocity_of(rest_.points[i], y.data()).linear.z > kLiftedAtEvent);
         if (torn) torn_gaps.push_back(rest_.points[i].gap);
         if (!lifts && inside > -kLeftAtEvent) stays.push_back(rest_.points[i]);
     }

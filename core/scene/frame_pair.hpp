@@ -196,6 +196,14 @@ inline Vec acceleration_at(const Tree<double>& tree, int body, const Vec& place)
            cross(tree.twist[body].angular, velocity_at(tree, body, place));
 }
 
+// Rᵀ(v − v') and Rᵀ(ω − ω'); the tree with twists.
+inline Spatial<double> relative_velocity(const Tree<double>& tree,
+                                         const FramePairState<double>& pair) {
+    return {back(pair.axes, velocity_at(tree, pair.first, pair.place) -
+                                velocity_at(tree, pair.other, pair.other_place)),
+            back(pair.axes, tree.twist[pair.first].angular - tree.twist[pair.other].angular)};
+}
+
 // Rates of Rᵀ(v − v') and Rᵀ(ω − ω') at no joint acceleration. Where points coincide, both move
 // over their bodies: d/dt v(c) = a(c) + ω × (ċ − v(c)).
 inline Spatial<double> relative_rate(const Tree<double>& tree, const FramePairMotion& b) {
