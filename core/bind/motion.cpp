@@ -176,19 +176,19 @@ void run_while(Motion& motion, double horizon, const nb::object& on_time, int ev
         if (count % every != 0) continue;
         const nb::gil_scoped_acquire lock;
         if (PyErr_CheckSignals() != 0) throw nb::python_error();
-        if (has_callback) on_time(motion.t);
+        if (has_callback) on_time(motion.now.t);
     }
 }
 
 // On to a time, at least.
 void run(Motion& motion, double until, double horizon, const nb::object& on_time, int every) {
-    run_while(motion, horizon, on_time, every, [&] { return motion.t < until; });
+    run_while(motion, horizon, on_time, every, [&] { return motion.now.t < until; });
 }
 
 void run_to_impact(Motion& motion, double until, double horizon) {
     const std::size_t known = motion.impacts.size();
     run_while(motion, horizon, nb::none(), kBetweenChecks,
-              [&] { return motion.impacts.size() == known && motion.t < until; });
+              [&] { return motion.impacts.size() == known && motion.now.t < until; });
 }
 
 std::vector<GapAt> gaps_closed_at_start(Motion& motion) {
@@ -245,9 +245,9 @@ void bind_motion(nb::module_& module) {
     bind_settings(module);
     bind_results(module);
     Result<Motion>(module, "Motion", "A motion on its way.")
-        .parts("t", &Motion::t, "detail", &Motion::detail, "begun", &Motion::begun, "ended",
-               &Motion::ended, "steps", &Motion::steps, "impacts", &Motion::impacts, "rests",
-               &rests_of)
+        .part("t", [](const Motion& m) { return m.now.t; })
+        .parts("detail", &Motion::detail, "begun", &Motion::begun, "ended", &Motion::ended, "steps",
+               &Motion::steps, "impacts", &Motion::impacts, "rests", &rests_of)
         .part("evaluations", [](const Motion& m) { return m.dynamics().evaluations; })
         .part("path", [](const Motion& m) { return Path(m); })
         .part("impact_columns", [](const Motion& m) { return ImpactColumns(m); })

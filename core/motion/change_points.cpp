@@ -41,7 +41,7 @@ void basis(double x, double* to) {
 
 // The polynomial through states of the path before a time, from there on.
 Step Motion::extrapolation(double start, double length) const {
-    const int n = static_cast<int>(y.size());
+    const int n = static_cast<int>(now.y.size());
     const double begin = start - kFitted * length;
     std::vector<double> nodes(kNodes), values(kNodes * n), weights(kNodes);
     for (int i = 0; i < kNodes; ++i) {
@@ -111,7 +111,7 @@ double Motion::error_behind(const Step& jump) {
     const std::vector<double> after = here_;
     set_state(jump, jump.end - apart);
     const std::vector<double> before = here_;
-    std::vector<double> middle(y.size()), found(y.size());
+    std::vector<double> middle(now.y.size()), found(now.y.size());
     jump.at(jump.end - 0.5 * apart, middle.data());
     if (!this->rate(jump.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
     for (int i = nq(); i < nq() + nv(); ++i)
@@ -122,7 +122,7 @@ double Motion::error_behind(const Step& jump) {
 
 // Go past a change point of what is held; false where none is near.
 bool Motion::pass_change_point(double until) {
-    if (dynamics_.constraints.rows() == 0 || rest_.acts() || path.empty()) return false;
+    if (dynamics_.constraints.rows() == 0 || now.rest.acts() || path.empty()) return false;
     const std::size_t first = path.size() > kMostBack ? path.size() - kMostBack : 0;
     double longest = 0.0, least = INFINITY;
     for (std::size_t i = first; i < path.size(); ++i)
@@ -131,7 +131,7 @@ bool Motion::pass_change_point(double until) {
     Step best;
     for (std::size_t i = first; i < path.size(); ++i) {
         const double start = path[i].step.start,
-                     length = std::max(kJumpReach * (t - start), kLeastReach * longest);
+                     length = std::max(kJumpReach * (now.t - start), kLeastReach * longest);
         if (start - kFitted * length < smooth_since_ || start + length > until) continue;
         const Step step = extrapolation(start, length);
         const double off = error_behind(step);
@@ -143,9 +143,9 @@ bool Motion::pass_change_point(double until) {
     if (!(least < INFINITY)) return false;
     path.resize(kept);
     keep(best);
-    best.at(best.end, y.data());
-    normalize_configuration(*scene_->scene.model, y.data());
-    t = best.end;
+    best.at(best.end, now.q());
+    normalize_configuration(*scene_->scene.model, now.q());
+    now.t = best.end;
     stepper_.next = best.length;
     return update_rest();
 }

@@ -5,30 +5,11 @@
 #include <limits>
 #include <vector>
 
-#include "geometry/shapes.hpp"
 #include "impact/coefficients.hpp"
+#include "motion/state.hpp"
 #include "scene/contact_frame.hpp"
 
 namespace impulsekit {
-
-// Slip, rolling or spin of a contact and its direction: it sticks, or it moves.
-struct SlipState {
-    bool moves = false;
-    double direction[2] = {};  // unit vector in the tangents; of a spin its sign
-
-    // True if slip has just begun: it has no direction yet but that of its acceleration, to which
-    // friction turns it within nanoseconds.
-    bool begins() const { return moves && direction[0] == 0.0 && direction[1] == 0.0; }
-};
-
-// A point that rests.
-struct RestingContact {
-    int gap = 0;
-    Feature feature{};    // of bodies, how it is followed
-    double since = 0.0;   // [s]
-    bool pressed = true;  // at the last evaluation
-    SlipState slip, roll, spin;
-};
 
 // One way in which a contact of the scene may touch: a joint stop has two.
 struct Gap {

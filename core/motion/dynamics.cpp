@@ -75,19 +75,17 @@ const std::vector<double>& Dynamics::mass_matrix() {
     return M_;
 }
 
-bool Dynamics::velocity_correction(const double* rows, int count, const double* change,
-                                   double* dv) {
-    const int nv = scene.scene.model->nv;
-    std::fill(dv, dv + nv, 0.0);
-    if (count == 0) return true;
+bool Dynamics::correct(const Correction& correction, double* v) {
+    const int nv = scene.scene.model->nv, count = static_cast<int>(correction.change.size());
     std::vector<int> vectors(count);
     std::iota(vectors.begin(), vectors.end(), 0);
     if (!mass_.factor(mass_matrix().data(), scene.scene.model->parent_v.data(), nv,
-                      {count, rows, vectors.data(), nullptr}))
+                      {count, correction.rows.data(), vectors.data(), nullptr}))
         return false;
-    std::vector<double> demand(change, change + count), impulses(count);
-    mass_.apply_multipliers(demand.data(), dv, impulses.data());
-    mass_.mass().rest(dv);
+    std::vector<double> demand = correction.change, impulses(count), dv(nv);
+    mass_.apply_multipliers(demand.data(), dv.data(), impulses.data());
+    mass_.mass().rest(dv.data());
+    for (int i = 0; i < nv; ++i) v[i] += dv[i];
     return true;
 }
 

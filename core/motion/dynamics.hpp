@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "impact/constrained_mass.hpp"
+#include "linalg/dense.hpp"
 #include "motion/bilateral_constraints.hpp"
 #include "motion/contact_gaps.hpp"
 #include "motion/forces.hpp"
@@ -16,20 +17,6 @@ namespace impulsekit {
 struct DryJoint {
     int v = 0;
     double bound = 0.0;
-};
-
-// The resting state: points, and joints with dry friction (−1, 1: moving that way; 0: sticking);
-// and the torques that are set from outside meanwhile.
-struct RestingState {
-    std::vector<RestingContact> points;
-    std::vector<signed char> dry;
-    std::vector<double> controls;  // (nv), or none
-
-    bool acts() const {
-        for (signed char direction : dry)
-            if (direction == 0) return true;
-        return !points.empty();
-    }
 };
 
 // A robot, what acts on it, holds and touches it: all that does not change along a motion.
@@ -45,6 +32,20 @@ struct MotionScene {
     std::vector<double> pulls;      // (contacts) force that holds it to what it touches [N]
     std::vector<char> conditional;  // (contacts)
     std::vector<DryJoint> dry;
+};
+
+// Changes of velocities along rows (count, nv), made by what is least in the metric of M.
+struct Correction {
+    std::vector<double> rows, change;
+
+    void add(const double* row, int nv, double by) {
+        rows.insert(rows.end(), row, row + nv);
+        change.push_back(by);
+    }
+    // True if some are above rounding.
+    bool is_needed() const {
+        return largest(change.data(), static_cast<int>(change.size())) > tolerance::sums;
+    }
 };
 
 enum class DynamicsFailure { none, singular_mass, contradiction, rest_not_solved };
@@ -77,9 +78,8 @@ class Dynamics {
 
     // Places and twists at a state, and with `rates` accelerations at no joint acceleration.
     void set_state(const double* q, const double* v, bool rates = false);
-    // The velocity change (nv), least in the metric of M, that changes rows (count, nv) by
-    // `change`; the tree with places.
-    bool velocity_correction(const double* rows, int count, const double* change, double* dv);
+    // Add a correction to velocities (nv); false where there is none. The tree with places.
+    bool correct(const Correction& correction, double* v);
     // M (nv, nv) at the tree's places.
     const std::vector<double>& mass_matrix();
 

@@ -179,7 +179,7 @@ std::vector<EventFunction> Motion::event_functions() const {
     };
     const std::vector<Gap>& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i) {
-        if (!rests_on(static_cast<int>(i)))
+        if (!now.rest.rests_on(static_cast<int>(i)))
             add(EventFunction::gap_closes, i);
         else if (gaps[i].of_bodies())
             add(EventFunction::touches_elsewhere, i);
@@ -188,10 +188,10 @@ std::vector<EventFunction> Motion::event_functions() const {
         add(EventFunction::force_enters, k);
         add(EventFunction::force_bends, k);
     }
-    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-        add(rest_.dry[j] == 0 ? EventFunction::joint_starts : EventFunction::joint_stops, j);
-    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        const RestingContact& point = rest_.points[i];
+    for (std::size_t j = 0; j < now.rest.dry.size(); ++j)
+        add(now.rest.dry[j] == 0 ? EventFunction::joint_starts : EventFunction::joint_stops, j);
+    for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
+        const RestingContact& point = now.rest.points[i];
         const int entry = gaps[point.gap].entry;
         if (pull_on(entry) > 0.0 || (dynamics_.has_drop(entry) && !point.slip.moves))
             add(EventFunction::point_tears, i);
@@ -207,24 +207,21 @@ std::vector<EventFunction> Motion::event_functions() const {
 // The value of an event function of forces, joints or points at the tree's state; `u`: of its
 // point.
 double Motion::margin(const EventFunction& f, const Spatial<double>& u) const {
-    const auto along = [](const SlipState& slip, double a, double b) {
-        return slip.direction[0] * a + slip.direction[1] * b;
-    };
     const double *q = here_.data(), *v = q + nq(), torn = tolerance::torn * dynamics_.size;
-    const RestingContact* point = f.is_of_point() ? &rest_.points[f.index] : nullptr;
+    const RestingContact* point = f.is_of_point() ? &now.rest.points[f.index] : nullptr;
     switch (f.kind) {
         case EventFunction::force_bends:
             return dynamics_.kinks.margin(f.index, dynamics_.tree, q, v);
         case EventFunction::joint_stops:
-            return rest_.dry[f.index] * v[scene_->dry[f.index].v];
+            return now.rest.dry[f.index] * v[scene_->dry[f.index].v];
         case EventFunction::joint_starts:
             return torn - std::abs(dynamics_.dry_rate[f.index]);
         case EventFunction::slip_stops:
-            return along(point->slip, u.linear.x, u.linear.y);
+            return point->slip.along(u.linear.x, u.linear.y);
         case EventFunction::roll_stops:
-            return along(point->roll, u.angular.x, u.angular.y);
+            return point->roll.along(u.angular.x, u.angular.y);
         case EventFunction::spin_stops:
-            return along(point->spin, u.angular.z, 0.0);
+            return point->spin.along(u.angular.z, 0.0);
         case EventFunction::point_lifts:
             return kLifted - u.linear.z;
         case EventFunction::point_leaves: {
@@ -251,7 +248,7 @@ void Motion::margins(const std::vector<EventFunction>& functions, const Step& st
     bool has_rates = true;
     if (std::any_of(functions.begin(), functions.end(),
                     [](const EventFunction& f) { return f.needs_rates(); })) {
-        RestingState rest = rest_;
+        RestingState rest = now.rest;
         std::vector<double> a(nv());
         has_rates = dynamics_.accelerate(at, here_.data(), here_.data() + nq(), rest, a.data()) ==
                     DynamicsFailure::none;
@@ -261,7 +258,7 @@ void Motion::margins(const std::vector<EventFunction>& functions, const Step& st
     Spatial<double> u;
     for (const EventFunction& f : functions) {
         if (f.is_of_point() && f.index != known) {
-            u = velocity_of(rest_.points[f.index], here_.data());
+            u = velocity_of(now.rest.points[f.index], here_.data());
             known = f.index;
         }
         found.push_back(f.needs_rates() && !has_rates ? INFINITY : margin(f, u));
@@ -351,26 +348,22 @@ Event Motion::first_event(const Step& step) {
 
 // Slip that has stopped at y keeps still, unless the law of rest lets it go.
 void Motion::stop_slips() {
-    const double *v = y.data() + nq(), fastest = std::max(1.0, largest(v, nv())),
-                 none = tolerance::residual * fastest;
+    const double *v = now.v(), none = tolerance::residual * std::max(1.0, fastest());
     const auto stop = [&](SlipState& slip_state, double a, double b) {
         if (!slip_state.moves || slip_state.begins()) return;
-        const double speed = std::hypot(a, b);
-        if (slip_state.direction[0] * a + slip_state.direction[1] * b > none) return;
         // Slip that has turned away goes on.
-        slip_state = speed > std::max(none, dynamics_.slow)
-                         ? SlipState{true, {a / speed, b / speed}}
-                         : SlipState();
+        if (!(slip_state.along(a, b) > none))
+            slip_state = SlipState::of(a, b, std::max(none, dynamics_.slow));
     };
-    for (RestingContact& point : rest_.points) {
-        const Spatial<double> u = velocity_of(point, y.data());
+    for (RestingContact& point : now.rest.points) {
+        const Spatial<double> u = velocity_of(point, now.q());
         stop(point.slip, u.linear.x, u.linear.y);
         if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
         stop(point.roll, u.angular.x, u.angular.y);
         stop(point.spin, u.angular.z, 0.0);
     }
-    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-        if (rest_.dry[j] * v[scene_->dry[j].v] <= none) rest_.dry[j] = 0;
+    for (std::size_t j = 0; j < now.rest.dry.size(); ++j)
+        if (now.rest.dry[j] * v[scene_->dry[j].v] <= none) now.rest.dry[j] = 0;
 }
 
 // The gaps that close at y together with that of an event; passing contacts begin or end.
@@ -378,18 +371,19 @@ std::vector<int> Motion::gaps_that_close(const Event& event) {
     std::vector<int> closing;
     const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i) {
-        if (rests_on(static_cast<int>(i))) continue;
-        const GapState now =
-            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+        if (now.rest.rests_on(static_cast<int>(i))) continue;
+        const GapState found =
+            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v());
         const double sign = passing_[i] ? -1.0 : 1.0;
-        const bool closes = static_cast<int>(i) == event.gap ||
-                            (sign * now.rate < 0.0 &&
-                             sign * (now.gap - base_[i]) <= -sign * now.rate * settings_.together);
+        const bool closes =
+            static_cast<int>(i) == event.gap ||
+            (sign * found.rate < 0.0 &&
+             sign * (found.gap - base_[i]) <= -sign * found.rate * settings_.together);
         if (!closes) continue;
         if (passing_[i]) {
             passing_[i] = 0;
             base_[i] = 0.0;
-        } else if (dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
+        } else if (dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v())) {
             closing.push_back(static_cast<int>(i));
         } else {
             passing_[i] = 1;
@@ -401,11 +395,10 @@ std::vector<int> Motion::gaps_that_close(const Event& event) {
 
 // Deal with the event that ends a step at y; false where the motion cannot go on.
 bool Motion::handle(const Event& event) {
-    dynamics_.set_state(y.data(), y.data() + nq());
+    set_state();
     if (event.kind == Event::is_unsure) return update_rest();
     if (event.kind == Event::changes) {
-        if (!dynamics_.kinks.empty())
-            dynamics_.kinks.change(dynamics_.tree, y.data(), y.data() + nq());
+        if (!dynamics_.kinks.empty()) dynamics_.kinks.change(dynamics_.tree, now.q(), now.v());
         stop_slips();
         return update_rest();
     }

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "linalg/arena.hpp"
 #include "motion/motion.hpp"
 
 namespace impulsekit {
@@ -24,16 +23,10 @@ constexpr double kAnImpact = 1e3, kOfSlip = 1e-7;
 // If no forces hold a resting contact, slip below this [m/s] is stopped.
 constexpr double kSlowSlip = 1e-5;
 
-double sum_of(const double* row, const double* v, int nv) {
-    double sum = 0.0;
-    for (int i = 0; i < nv; ++i) sum += row[i] * v[i];
-    return sum;
-}
-
 }  // namespace
 
 std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps) {
-    std::vector<RestingContact> found = rest_.points;
+    std::vector<RestingContact> found = now.rest.points;
     for (int gap : gaps) {
         std::vector<RestingContact> own;
         for (double margin : kContactMargins) {
@@ -42,10 +35,9 @@ std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps)
         }
         for (RestingContact& point : own) {
             const bool known =
-                std::any_of(found.begin(), found.end(), [&](const RestingContact& p) {
-                    return p.gap == gap && p.feature == point.feature;
-                });
-            point.since = t;
+                std::any_of(found.begin(), found.end(),
+                            [&](const RestingContact& p) { return p.is_same_point(point); });
+            point.since = now.t;
             if (!known) found.push_back(point);
         }
     }
@@ -56,21 +48,20 @@ std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps)
 }
 
 // (3 (points + turning), nv) rows of points at the tree's state, then of the turning of some.
-void Motion::write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
-                        std::vector<int>& turning) {
-    turning.clear();
-    for (std::size_t i = 0; i < points.size(); ++i)
-        if (dynamics_.contact_gaps.gaps()[points[i].gap].turns)
-            turning.push_back(static_cast<int>(i));
-    J.assign(3 * (points.size() + turning.size()) * nv(), 0.0);
-    std::size_t next = points.size();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const bool turns = dynamics_.contact_gaps.gaps()[points[i].gap].turns;
-        dynamics_.contact_gaps.rows(
-            dynamics_.tree, points[i], y.data(), y.data() + nq(),
-            {J.data() + 3 * i * nv(), turns ? J.data() + 3 * next * nv() : nullptr});
-        next += turns;
+std::vector<double> Motion::rows_of(const std::vector<RestingContact>& points) {
+    const std::vector<Gap>& gaps = dynamics_.contact_gaps.gaps();
+    const auto turning = std::count_if(points.begin(), points.end(),
+                                       [&](const RestingContact& p) { return gaps[p.gap].turns; });
+    const std::size_t block = 3 * nv();
+    std::vector<double> J((points.size() + turning) * block);
+    double *to = J.data(), *turns = to + points.size() * block;
+    for (const RestingContact& point : points) {
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), now.v(),
+                                    {to, gaps[point.gap].turns ? turns : nullptr});
+        to += block;
+        if (gaps[point.gap].turns) turns += block;
     }
+    return J;
 }
 
 // The impact of points at this place, from v.
@@ -78,7 +69,7 @@ SceneImpact Motion::solve(const std::vector<RestingContact>& points, const std::
                           bool soft) const {
     const Scene& scene = scene_->scene;
     SceneImpact impact;
-    impact.q.assign(y.begin(), y.begin() + nq());
+    impact.q.assign(now.y.begin(), now.y.begin() + nq());
     impact.v = v;
     std::vector<char> only(scene.contacts.size());
     std::vector<std::pair<int, Feature>> features;
@@ -96,7 +87,7 @@ SceneImpact Motion::solve(const std::vector<RestingContact>& points, const std::
     // Velocities that are driven in time are those of now.
     const int m = dynamics_.constraints.rows();
     std::vector<double> speeds(m), rates(m);
-    dynamics_.constraints.speeds(t, speeds.data(), rates.data());
+    dynamics_.constraints.speeds(now.t, speeds.data(), rates.data());
     for (int r = 0; r < m; ++r)
         if (!scene.kept[r]) impact.rows.target[r] = speeds[r];
     const std::vector<double> none(scene.contacts.size());
@@ -107,11 +98,11 @@ SceneImpact Motion::solve(const std::vector<RestingContact>& points, const std::
 // Keep an impact, unless it is none, and go on with v⁺; false where it is not valid.
 bool Motion::go_on_after(SceneImpact impact, bool soft, bool is_kept) {
     const bool valid = is_valid(status_of(impact.solution));
-    for (int i = 0; valid && i < nv(); ++i) y[nq() + i] = impact.v[i] + impact.solution.dv[i];
+    for (int i = 0; valid && i < nv(); ++i) now.v()[i] = impact.v[i] + impact.solution.dv[i];
     if (!valid) ended = Ended::impact_not_valid;
     if (!valid || is_kept)
         impacts.push_back(
-            std::make_shared<const MotionImpact>(MotionImpact{t, soft, std::move(impact)}));
+            std::make_shared<const MotionImpact>(MotionImpact{now.t, soft, std::move(impact)}));
     return valid;
 }
 
@@ -130,13 +121,14 @@ bool Motion::close_gaps(const std::vector<int>& closing) {
     double approach = -INFINITY, capture = settings_.capture_speed;
     for (const RestingContact& point : points) {
         if (std::find(closing.begin(), closing.end(), point.gap) == closing.end()) continue;
-        approach = std::max(approach, -velocity_of(point, y.data()).linear.z);
+        approach = std::max(approach, -velocity_of(point, now.q()).linear.z);
         capture = std::max(capture, dynamics_.contact_gaps.gaps()[point.gap].capture);
     }
     for (int gap : closing) count_soft_impact(gap, approach < capture);
     if (!(approach > 0.0)) {
         // Nothing meets: a distance wavers, or what rests has its points elsewhere now.
-        if (std::any_of(closing.begin(), closing.end(), [this](int gap) { return rests_on(gap); }))
+        if (std::any_of(closing.begin(), closing.end(),
+                        [this](int gap) { return now.rest.rests_on(gap); }))
             return find_resting_contacts(points, true, slow_);
         for (int gap : closing) base_[gap] -= kWaver;
         restart();
@@ -148,34 +140,27 @@ bool Motion::close_gaps(const std::vector<int>& closing) {
 // Counts impacts below the capture speed in quick succession.
 void Motion::count_soft_impact(int gap, bool soft) {
     auto& [count, last] = soft_[gap];
-    count = !soft ? 0 : t - last <= kQuick ? count + 1 : 1;
-    last = t;
+    count = !soft ? 0 : now.t - last <= kQuick ? count + 1 : 1;
+    last = now.t;
 }
 
 bool Motion::chatters(int gap) const { return soft_[gap].first >= kChatter; }
 
 bool Motion::apply_impact(std::vector<RestingContact> points, double approach, double capture) {
     const bool soft = approach < capture;
-    std::vector<double> v(y.begin() + nq(), y.end());
+    std::vector<double> v(now.y.begin() + nq(), now.y.end());
     SceneImpact impact = solve(points, v, soft);
     if (!is_valid(status_of(impact.solution))) {
         // Points that lie still but for rounding lie still: restitution would ask what cannot be.
-        std::vector<double> J, rows, change, dv(nv());
-        std::vector<int> turning;
-        write_rows(points, J, turning);
+        const std::vector<double> J = rows_of(points);
+        Correction still;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const double* row = J.data() + (3 * i + 2) * nv();
-            const double speed = sum_of(row, v.data(), nv());
-            if (!(std::abs(speed) < kStill) || speed == 0.0) continue;
-            rows.insert(rows.end(), row, row + nv());
-            change.push_back(-speed);
+            const double *row = J.data() + (3 * i + 2) * nv(),
+                         speed = dot<double>(row, v.data(), nv());
+            if (std::abs(speed) < kStill && speed != 0.0) still.add(row, nv(), -speed);
         }
-        if (!change.empty() &&
-            dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
-                                          change.data(), dv.data())) {
-            for (int i = 0; i < nv(); ++i) v[i] += dv[i];
+        if (!still.change.empty() && dynamics_.correct(still, v.data()))
             impact = solve(points, v, soft);
-        }
     }
     // A captured contact makes no impact: another writing of the scene has another rounding there.
     if (!go_on_after(std::move(impact), soft, approach >= settings_.capture_speed)) return false;
@@ -186,24 +171,25 @@ bool Motion::apply_impact(std::vector<RestingContact> points, double approach, d
 // Let go of points that are not pressed in without their forces; whether there were any. Sliding
 // on, they would need forces without bound (Génot & Brogliato 1999, the singular point).
 bool Motion::release_unloaded() {
-    RestingState free = rest_;
+    RestingState free = now.rest;
     free.points.clear();
     std::vector<double> a(nv()), J(3 * nv()), turning(3 * nv());
-    const double* v = y.data() + nq();
-    if (dynamics_.accelerate(t, y.data(), v, free, a.data()) != DynamicsFailure::none) return false;
+    const double* v = now.v();
+    if (dynamics_.accelerate(now.t, now.q(), v, free, a.data()) != DynamicsFailure::none)
+        return false;
     std::vector<double> opening;
     double size = 0.0;
-    for (const RestingContact& point : rest_.points) {
+    for (const RestingContact& point : now.rest.points) {
         double bias[3], more[3];
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), v,
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), v,
                                     {J.data(), turning.data(), bias, more});
-        for (int j = 0; j < 3; ++j) bias[j] += sum_of(J.data() + j * nv(), a.data(), nv());
+        for (int j = 0; j < 3; ++j) bias[j] += dot(J.data() + j * nv(), a.data(), nv());
         size = std::max({size, std::abs(bias[0]), std::abs(bias[1]), std::abs(bias[2])});
         opening.push_back(bias[2]);
     }
     std::vector<RestingContact> stays;
     for (std::size_t i = 0; i < opening.size(); ++i)
-        if (opening[i] < -tolerance::torn * size) stays.push_back(rest_.points[i]);
+        if (opening[i] < -tolerance::torn * size) stays.push_back(now.rest.points[i]);
     if (stays.size() == opening.size()) return false;
     retain_contacts(stays);
     return true;
@@ -214,24 +200,21 @@ bool Motion::release_unloaded() {
 bool Motion::press_in(const std::vector<RestingContact>& points, const std::vector<double>& J,
                       double fastest, double sums) {
     const int n = static_cast<int>(points.size());
-    const double* v = y.data() + nq();
-    std::vector<double> rows, change, dv(nv()), trial(nv());
     for (double share : kPressed) {
         const double pressed = std::max(share * fastest, kPressedOfSum * sums);
         if (!(pressed > 0.0)) return false;
-        rows.clear(), change.clear();
+        Correction press;
         for (int i = 0; i < n; ++i) {
             const double* row = J.data() + (3 * i + 2) * nv();
-            rows.insert(rows.end(), row, row + nv());
-            change.push_back(-sum_of(row, v, nv()) - pressed);
+            press.add(row, nv(), -dot<double>(row, now.v(), nv()) - pressed);
         }
-        if (!dynamics_.velocity_correction(rows.data(), n, change.data(), dv.data())) return false;
-        for (int i = 0; i < nv(); ++i) trial[i] = v[i] + dv[i];
+        std::vector<double> trial(now.v(), now.v() + nv());
+        if (!dynamics_.correct(press, trial.data())) return false;
         SceneImpact impact = solve(points, trial, true);
         double most = 0.0;
         for (int r = 0; r < 3 * n; ++r)
-            most = std::max(most,
-                            std::abs(sum_of(J.data() + r * nv(), impact.solution.dv.data(), nv())));
+            most =
+                std::max(most, std::abs(dot(J.data() + r * nv(), impact.solution.dv.data(), nv())));
         if (!(most > std::max(kAnImpact * pressed, kOfSlip * fastest))) continue;
         if (!go_on_after(std::move(impact), true, true)) return false;
         return find_resting_contacts(points, false, slow_);
@@ -245,18 +228,17 @@ bool Motion::press_in(const std::vector<RestingContact>& points, const std::vect
 bool Motion::impact_without_collision() {
     if (!has_impacts_left()) return false;
     if (release_unloaded()) return update_rest();
-    dynamics_.set_state(y.data(), y.data() + nq());
-    const std::vector<RestingContact> points = rest_.points;
+    set_state();
+    const std::vector<RestingContact> points = now.rest.points;
     const int n = static_cast<int>(points.size());
-    double* v = y.data() + nq();
-    std::vector<double> J, rows, change, dv(nv());
-    std::vector<int> turning;
-    write_rows(points, J, turning);
+    const double* v = now.v();
+    const std::vector<double> J = rows_of(points);
+    Correction stop;
     double fastest = 0.0, sums = 0.0, slowest = 0.0;
     for (int i = 0; i < n; ++i) {
         const double* row = J.data() + 3 * i * nv();
-        const double s0 = sum_of(row, v, nv()), s1 = sum_of(row + nv(), v, nv()),
-                     speed = std::hypot(s0, s1), un = sum_of(row + 2 * nv(), v, nv());
+        const double s0 = dot(row, v, nv()), s1 = dot(row + nv(), v, nv()),
+                     speed = std::hypot(s0, s1);
         fastest = std::max({fastest, std::abs(s0), std::abs(s1)});
         double sum = 0.0, most = kSlowSlip;
         for (int k = 0; k < nv(); ++k) sum += std::abs(row[2 * nv() + k] * v[k]);
@@ -264,19 +246,14 @@ bool Motion::impact_without_collision() {
         if (static_cast<int>(dynamics_.rate.size()) == 3 * n)
             most = std::max(most, tolerance::alike *
                                       std::hypot(dynamics_.rate[3 * i], dynamics_.rate[3 * i + 1]));
-        rows.insert(rows.end(), row + 2 * nv(), row + 3 * nv());
-        change.push_back(-un);
+        stop.add(row + 2 * nv(), nv(), -dot(row + 2 * nv(), v, nv()));
         if (!(speed > 0.0 && speed < most)) continue;
         slowest = std::max(slowest, speed);
-        rows.insert(rows.end(), row, row + 2 * nv());
-        change.insert(change.end(), {-s0, -s1});
+        stop.add(row, nv(), -s0);
+        stop.add(row + nv(), nv(), -s1);
     }
-    if (slowest > tolerance::sums &&
-        dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
-                                      dv.data())) {
-        for (int i = 0; i < nv(); ++i) v[i] += dv[i];
+    if (slowest > tolerance::sums && dynamics_.correct(stop, now.v()))
         return find_resting_contacts(points, false, slow_);
-    }
     return press_in(points, J, fastest, sums);
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "linalg/arena.hpp"
+#include "linalg/dense.hpp"
 #include "spatial/joints.hpp"
 
 namespace impulsekit {
@@ -37,15 +38,16 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
       dynamics_(*scene_),
       stepper_(settings_.method, nq(), nq() + nv(), {settings_.rtol, settings_.atol},
                settings_.fixed_length) {
-    y.assign(q, q + nq());
-    y.insert(y.end(), v, v + nv());
-    rate_.assign(y.size(), 0.0);
-    here_.assign(y.size(), 0.0);
+    now.y.assign(q, q + nq());
+    now.y.insert(now.y.end(), v, v + nv());
+    now.nq = nq();
+    now.rate.assign(now.y.size(), 0.0);
+    here_.assign(now.y.size(), 0.0);
     const std::size_t gaps = dynamics_.contact_gaps.gaps().size();
     base_.assign(gaps, 0.0);
     passing_.assign(gaps, 0);
     soft_.assign(gaps, {0, -1.0});
-    rest_.dry.assign(scene_->dry.size(), 0);
+    now.rest.dry.assign(scene_->dry.size(), 0);
     slow_ = std::max(kNoSlip, settings_.capture_speed);
     dynamics_.slow = kGrown * slow_;
 }
@@ -59,7 +61,7 @@ bool Motion::rate(double at, const double* from, double* to) {
     normalize_configuration(model, q);
     configuration_rate(model, from, from + nq(), to);
     at = std::min(std::max(at, from_), to_);
-    const DynamicsFailure failure = dynamics_.accelerate(at, q, from + nq(), rest_, to + nq());
+    const DynamicsFailure failure = dynamics_.accelerate(at, q, from + nq(), now.rest, to + nq());
     if (failure != DynamicsFailure::none) {
         failure_ = failure;
         return false;
@@ -81,11 +83,11 @@ Spatial<double> Motion::velocity_of(const RestingContact& point, const double* s
     return dynamics_.contact_gaps.velocity(dynamics_.tree, point, state, state + nq());
 }
 
-// True if a contact rests at some point of a gap.
-bool Motion::rests_on(int gap) const {
-    return std::any_of(rest_.points.begin(), rest_.points.end(),
-                       [gap](const RestingContact& point) { return point.gap == gap; });
-}
+// The largest velocity [m/s, rad/s].
+double Motion::fastest() const { return largest(now.v(), nv()); }
+
+// Places and twists of now.
+void Motion::set_state() { dynamics_.set_state(now.q(), now.v()); }
 
 // The force that holds a contact to what it touches [N].
 double Motion::pull_on(int entry) const {
@@ -103,8 +105,8 @@ std::size_t Motion::piece_at(double at) const {
 }
 
 void Motion::sample(double at, double* found) const {
-    if (path.empty() || !(at < t)) {
-        std::copy(y.begin(), y.end(), found);
+    if (path.empty() || !(at < now.t)) {
+        std::copy(now.y.begin(), now.y.end(), found);
         return;
     }
     const Step& step = path[piece_at(at)].step;
@@ -112,7 +114,7 @@ void Motion::sample(double at, double* found) const {
 }
 
 void Motion::state(double at, double* q, double* v) const {
-    std::vector<double> found(y.size());
+    std::vector<double> found(now.y.size());
     sample(at, found.data());
     normalize_configuration(*scene_->scene.model, found.data());
     std::copy(found.begin(), found.begin() + nq(), q);
@@ -120,7 +122,8 @@ void Motion::state(double at, double* q, double* v) const {
 }
 
 const RestingState& Motion::resting_state_at(double at) const {
-    return path.empty() || !(at < t) ? rest_ : resting_states[path[piece_at(at)].resting_state];
+    return path.empty() || !(at < now.t) ? now.rest
+                                         : resting_states[path[piece_at(at)].resting_state];
 }
 
 void Motion::forget(double before) {
@@ -133,13 +136,13 @@ void Motion::forget(double before) {
 }
 
 void Motion::rewind(double at) {
-    if (path.empty() || !(at < t)) return;
+    if (path.empty() || !(at < now.t)) return;
     path.resize(piece_at(at) + 1);
     Step& last = path.back().step;
-    rest_ = resting_states[path.back().resting_state];
-    last.at(std::max(at, last.start), y.data());
-    normalize_configuration(*scene_->scene.model, y.data());
-    t = smooth_since_ = checked_t_ = at;
+    now.rest = resting_states[path.back().resting_state];
+    last.at(std::max(at, last.start), now.q());
+    normalize_configuration(*scene_->scene.model, now.q());
+    now.t = smooth_since_ = checked_t_ = at;
     if (last.start < at)
         last.end = at;
     else
@@ -156,44 +159,31 @@ void Motion::rewind(double at) {
     still_ = 0;
     for (auto& [count, last_met] : soft_)
         if (last_met > at) count = 0, last_met = -1.0;
-    dynamics_.set_state(y.data(), y.data() + nq());
+    set_state();
     const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i)
         if (gaps[i].has_condition)
             passing_[i] =
-                !dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq()) &&
-                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq())
-                        .gap < 0.0;
+                !dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v()) &&
+                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v()).gap < 0.0;
     rebase();
-    if (!dynamics_.kinks.empty())
-        dynamics_.kinks.set_sides(dynamics_.tree, y.data(), y.data() + nq());
+    if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     begin_stretch();
     restart();
 }
 
 void Motion::control(const double* torques) {
     if (ended != Ended::not_yet) return;
-    rest_.controls.assign(torques, torques + nv());
-    smooth_since_ = t;
-    if (!rest_.acts() && dynamics_.constraints.rows() == 0) return restart();
+    now.rest.controls.assign(torques, torques + nv());
+    smooth_since_ = now.t;
+    if (!now.rest.acts() && dynamics_.constraints.rows() == 0) return restart();
     stepper_.restart();
     update_rest();
 }
 
 void Motion::keep(const Step& step) {
-    const auto same = [](const SlipState& a, const SlipState& b) {
-        return a.moves == b.moves && a.direction[0] == b.direction[0] &&
-               a.direction[1] == b.direction[1];
-    };
-    bool known = !resting_states.empty() && resting_states.back().dry == rest_.dry &&
-                 resting_states.back().controls == rest_.controls &&
-                 resting_states.back().points.size() == rest_.points.size();
-    for (std::size_t i = 0; known && i < rest_.points.size(); ++i) {
-        const RestingContact &a = resting_states.back().points[i], &b = rest_.points[i];
-        known = a.gap == b.gap && same(a.slip, b.slip) && same(a.roll, b.roll) &&
-                same(a.spin, b.spin) && a.feature == b.feature;
-    }
-    if (!known) resting_states.push_back(rest_);
+    if (resting_states.empty() || !resting_states.back().is_same(now.rest))
+        resting_states.push_back(now.rest);
     path.push_back({step, static_cast<int>(resting_states.size()) - 1});
 }
 
@@ -201,8 +191,8 @@ void Motion::keep(const Step& step) {
 // nothing left along itself at t = −s²/(s·a).
 double Motion::until_stopping() const {
     double soonest = INFINITY;
-    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        if (!rest_.points[i].slip.moves || dynamics_.slip.size() < 3 * (i + 1)) continue;
+    for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
+        if (!now.rest.points[i].slip.moves || dynamics_.slip.size() < 3 * (i + 1)) continue;
         const double *s = dynamics_.slip.data() + 3 * i, *a = dynamics_.rate.data() + 3 * i;
         const double slows = -(s[0] * a[0] + s[1] * a[1]);
         if (slows > 0.0) soonest = std::min(soonest, (s[0] * s[0] + s[1] * s[1]) / slows);
@@ -211,10 +201,10 @@ double Motion::until_stopping() const {
 }
 
 double Motion::longest_step(double until) const {
-    double longest = until - t;
+    double longest = until - now.t;
     for (double stop : settings_.stop_times)
-        if (stop > t) {
-            longest = std::min(longest, stop - t);
+        if (stop > now.t) {
+            longest = std::min(longest, stop - now.t);
             break;
         }
     if (settings_.max_step > 0.0) longest = std::min(longest, settings_.max_step);
@@ -228,20 +218,18 @@ double Motion::longest_step(double until) const {
 // The rate at y, after anything has changed.
 void Motion::restart() {
     stepper_.restart();
-    if (!rate(t, y.data(), rate_.data())) fail();
+    if (!rate(now.t, now.q(), now.rate.data())) fail();
 }
 
 // The motion ends here, with the reason why it cannot go on.
 bool Motion::fail() {
     if (ended != Ended::not_yet) return false;
-    double fastest = 0.0;
-    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(y[nq() + i]));
     if (failure_ == DynamicsFailure::rest_not_solved)
         ended = Ended::rest_not_solved;
     else if (failure_ == DynamicsFailure::contradiction)
         ended = Ended::contradiction;
-    else if (failure_ == DynamicsFailure::singular_mass || !(fastest < kHuge) ||
-             !rate(t, y.data(), rate_.data()))
+    else if (failure_ == DynamicsFailure::singular_mass || !(fastest() < kHuge) ||
+             !rate(now.t, now.q(), now.rate.data()))
         ended = Ended::not_finite;
     else
         ended = Ended::step_too_small;
@@ -251,16 +239,17 @@ bool Motion::fail() {
 // From a time on up to the next stop.
 void Motion::begin_stretch() {
     const auto& stops = settings_.stop_times;
-    const auto next = std::upper_bound(stops.begin(), stops.end(), t);
-    const double from = next != stops.begin() && *(next - 1) == t ? std::nextafter(t, INFINITY)
-                                                                  : -INFINITY,
+    const auto next = std::upper_bound(stops.begin(), stops.end(), now.t);
+    const double from = next != stops.begin() && *(next - 1) == now.t
+                            ? std::nextafter(now.t, INFINITY)
+                            : -INFINITY,
                  to = next != stops.end() ? std::nextafter(*next, -INFINITY) : INFINITY;
     if (from == from_ && to == to_) return;
     const bool jumps = from != -INFINITY && from != from_;
     from_ = from;
     to_ = to;
     if (jumps) {
-        smooth_since_ = t;
+        smooth_since_ = now.t;
         restart();
     }
 }
@@ -275,8 +264,8 @@ double Motion::sharpened(const Step& step, int gap) {
 
 // End a motion that gets no further, or has made all its steps.
 void Motion::check_progress() {
-    still_ = t == checked_t_ ? still_ + 1 : 0;
-    checked_t_ = t;
+    still_ = now.t == checked_t_ ? still_ + 1 : 0;
+    checked_t_ = now.t;
     if (still_ >= kMostStill) {
         ended = Ended::step_too_small;
         detail = "events follow each other at one time";
@@ -286,40 +275,36 @@ void Motion::check_progress() {
     } else if (stepper_.steps - checked_steps_ >= kManySteps) {
         refuse_hopeless(stepper_.steps - checked_steps_);
         checked_steps_ = stepper_.steps;
-        still_since_ = t;
+        still_since_ = now.t;
     }
 }
 
 bool Motion::advance(double until) {
-    if (ended != Ended::not_yet || !(t < until)) return false;
-    if (!(until - t > shortest_step(t))) {
-        t = until;
+    if (ended != Ended::not_yet || !(now.t < until)) return false;
+    if (!(until - now.t > shortest_step(now.t))) {
+        now.t = until;
         return false;
     }
     failure_ = DynamicsFailure::none;
     begin_stretch();
-    const std::vector<double> before = y, rate_before = rate_;
+    const MotionState before = now;
     const auto f = [this](double at, const double* from, double* to) { return rate(at, from, to); };
-    const RestingState rested = rest_;
     if (stepper_.next <= 0.0) stepper_.next = kFirstStep * settings_.scale_of_time;
     Step step;
     const auto normalize = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
     double longest = longest_step(until);
     while (true) {
-        if (!stepper_.step(f, normalize, t, y.data(), rate_.data(), longest, step)) {
-            y = before;
-            rest_ = rested;
-            if (!rest_.points.empty() && impact_without_collision()) return true;
+        if (!stepper_.step(f, normalize, now.t, now.q(), now.rate.data(), longest, step)) {
+            now = before;
+            if (!now.rest.points.empty() && impact_without_collision()) return true;
             if (ended == Ended::not_yet && pass_change_point(until)) return true;
             failure_ = DynamicsFailure::none;
-            rate(t, y.data(), rate_.data());
+            rate(now.t, now.q(), now.rate.data());
             return fail();
         }
         const double shorter = shorter_step(step);
         if (!(shorter > 0.0)) break;
-        y = before;
-        rate_ = rate_before;
-        rest_ = rested;
+        now = before;
         longest = shorter;
     }
     micro_bounce_ = 0.0;
@@ -327,23 +312,23 @@ bool Motion::advance(double until) {
     const Event event = first_event(step);
     if (event.kind != Event::none) {
         Step cut;
-        rest_ = rested;
+        now = before;
         if (event.t > step.start && event.t < step.end && stepper_.shortened(f, step, event.t, cut))
             step = cut;
         else
             step.end = std::max(event.t, step.start);
         if (event.kind == Event::closes) step.end = sharpened(step, event.gap);
-        step.at(step.end, y.data());
-        normalize(y.data());
-        t = step.end;
+        step.at(step.end, now.q());
+        normalize(now.q());
+        now.t = step.end;
         keep(step);
-        smooth_since_ = t;
+        smooth_since_ = now.t;
         if (!handle(event)) return ended == Ended::not_yet && fail();
     } else {
         // Points that were let go of within trials of the step are looked at again.
         keep(step);
-        t = step.end;
-        if (rest_.acts() || dynamics_.constraints.rows() > 0)
+        now.t = step.end;
+        if (now.rest.acts() || dynamics_.constraints.rows() > 0)
             update_rest(stepper_.ended_last() && dynamics_.evaluations == evaluations);
     }
     if (ended == Ended::not_yet) check_progress();
@@ -352,9 +337,9 @@ bool Motion::advance(double until) {
 
 // End a motion whose last steps lead nowhere, or whose speeds need steps too short.
 void Motion::refuse_hopeless(int made) {
-    double speed = 0.0;
-    for (int i = 0; i < nv(); ++i) speed = std::max(speed, std::abs(y[nq() + i]));
-    const double took = t - still_since_, step = took / made, left = settings_.scale_of_time - t;
+    const double speed = fastest();
+    const double took = now.t - still_since_, step = took / made,
+                 left = settings_.scale_of_time - now.t;
     char told[300];
     if (took <= kNowhere * still_since_) {
         ended = Ended::step_too_small;
@@ -377,7 +362,7 @@ void Motion::refuse_hopeless(int made) {
 
 std::vector<RestInterval> Motion::resting() const {
     std::vector<RestInterval> found;
-    for (const RestingContact& point : rest_.points) {
+    for (const RestingContact& point : now.rest.points) {
         const int entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
         const auto known = std::find_if(found.begin(), found.end(),
                                         [&](const RestInterval& r) { return r.entry == entry; });

@@ -80,8 +80,7 @@ class Motion {
     // Torques (nv) from outside, from now on.
     void control(const double* torques);
 
-    double t = 0.0;
-    std::vector<double> y;  // (nq + nv)
+    MotionState now;
     std::vector<Piece> path;
     std::vector<RestingState> resting_states;
     std::vector<std::shared_ptr<const MotionImpact>> impacts;
@@ -96,7 +95,6 @@ class Motion {
     Dynamics& dynamics() { return dynamics_; }
     const Dynamics& dynamics() const { return dynamics_; }
     const MotionScene& scene() const { return *scene_; }
-    RestingState& rest() { return rest_; }
     // q and v (normalized) at a time of the path.
     void state(double at, double* q, double* v) const;
     // y (nq + nv) at a time of the path, as its steps have it: q off unit length by rounding.
@@ -113,6 +111,8 @@ class Motion {
     bool rate(double at, const double* y, double* rate);
     bool set_state(const Step& step, double at);
     Spatial<double> velocity_of(const RestingContact& point, const double* state) const;
+    double fastest() const;
+    void set_state();
     void keep(const Step& step);
     void restart();
     void begin_stretch();
@@ -156,8 +156,7 @@ class Motion {
                   double fastest, double sums);
     void count_soft_impact(int gap, bool soft);
     bool chatters(int gap) const;
-    void write_rows(const std::vector<RestingContact>& points, std::vector<double>& J,
-                    std::vector<int>& turning);
+    std::vector<double> rows_of(const std::vector<RestingContact>& points);
     SceneImpact solve(const std::vector<RestingContact>& points, const std::vector<double>& v,
                       bool soft) const;
     bool go_on_after(SceneImpact impact, bool soft, bool is_kept);
@@ -177,23 +176,20 @@ class Motion {
     void rebase();
     void retain_contacts(std::vector<RestingContact> stays);
     bool release_unloaded();
-    bool rests_on(int gap) const;
     double pull_on(int entry) const;
 
     std::shared_ptr<const MotionScene> scene_;
     MotionSettings settings_;
     Dynamics dynamics_;
     Stepper stepper_;
-    RestingState rest_;
     DynamicsFailure failure_ = DynamicsFailure::none;
-    std::vector<double> rate_, here_, base_, largest_force_;
+    std::vector<double> here_, base_, largest_force_;
     // Forces that jump at a stop have their values on this side of it [s].
     double from_ = -INFINITY, to_ = INFINITY;
     std::vector<char> passing_;
     std::vector<std::pair<int, double>> soft_;  // by gap
-    std::vector<GapState> before_;
-    double slow_ = kNoSlip;      // slip below it is none after an impact [m/s]
-    double smooth_since_ = 0.0;  // nothing has happened from then on [s]
+    double slow_ = kNoSlip;                     // slip below it is none after an impact [m/s]
+    double smooth_since_ = 0.0;                 // nothing has happened from then on [s]
     double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never
     double still_since_ = 0.0;
     int still_ = 0, checked_steps_ = 0, counted_ = 0;

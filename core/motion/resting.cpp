@@ -17,23 +17,17 @@ constexpr double kGrazed = 1e-13;
 constexpr double kRounded = 2e-15;
 constexpr int kMostSteps = 3;
 
-double sum_of(const double* row, const double* v, int nv) {
-    double sum = 0.0;
-    for (int i = 0; i < nv; ++i) sum += row[i] * v[i];
-    return sum;
-}
-
 }  // namespace
 
 std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
     std::vector<std::pair<int, GapState>> found;
-    dynamics_.set_state(y.data(), y.data() + nq());
+    set_state();
     const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i) {
         const GapState state =
-            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq());
+            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v());
         if (!(state.gap <= kAtStop)) continue;
-        if (!dynamics_.contact_gaps.counts(gaps[i], y.data(), y.data() + nq())) {
+        if (!dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v())) {
             passing_[i] = state.gap < -kAtStop;
             continue;
         }
@@ -43,16 +37,13 @@ std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
 }
 
 bool Motion::is_struck_at_start(const std::vector<int>& closed) {
-    double fastest = 0.0;
-    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(y[nq() + i]));
     const double slow =
-        std::max(kSlowShare * settings_.capture_speed, tolerance::at_rest * fastest);
-    dynamics_.set_state(y.data(), y.data() + nq());
+        std::max(kSlowShare * settings_.capture_speed, tolerance::at_rest * fastest());
+    set_state();
     const ContactGaps& contact_gaps = dynamics_.contact_gaps;
     for (int gap : closed)
-        if (contact_gaps
-                .measure(dynamics_.tree, contact_gaps.gaps()[gap], y.data(), y.data() + nq())
-                .rate < -slow)
+        if (contact_gaps.measure(dynamics_.tree, contact_gaps.gaps()[gap], now.q(), now.v()).rate <
+            -slow)
             return true;
     return is_driven_off();
 }
@@ -61,28 +52,27 @@ bool Motion::is_struck_at_start(const std::vector<int>& closed) {
 bool Motion::is_driven_off() {
     const int m = dynamics_.constraints.rows();
     if (m == 0) return false;
-    dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
+    dynamics_.constraints.fill_rows(dynamics_.tree, now.q());
     std::vector<double> speed(m), rate(m);
     dynamics_.constraints.speeds(0.0, speed.data(), rate.data());
     double missing = 0.0, scale = 0.0;
     for (int r = 0; r < m; ++r) {
         const double* row = dynamics_.constraints.A() + r * nv();
         double sum = 0.0;
-        for (int i = 0; i < nv(); ++i) sum += std::abs(row[i] * y[nq() + i]);
+        for (int i = 0; i < nv(); ++i) sum += std::abs(row[i] * now.v()[i]);
         scale = std::max({scale, sum, std::abs(speed[r])});
         if (!scene_->scene.kept[r])
-            missing = std::max(missing, std::abs(speed[r] - sum_of(row, y.data() + nq(), nv())));
+            missing = std::max(missing, std::abs(speed[r] - dot(row, now.v(), nv())));
     }
     return missing > tolerance::residual * scale;
 }
 
 void Motion::begin(const double* v, const std::vector<int>& contact_gaps) {
-    std::copy(v, v + nv(), y.begin() + nq());
-    dynamics_.set_state(y.data(), y.data() + nq());
+    std::copy(v, v + nv(), now.y.begin() + nq());
+    set_state();
     if (dynamics_.constraints.rows() > 0)
-        dynamics_.constraints.start(dynamics_.tree, y.data(), y.data() + nq());
-    if (!dynamics_.kinks.empty())
-        dynamics_.kinks.set_sides(dynamics_.tree, y.data(), y.data() + nq());
+        dynamics_.constraints.start(dynamics_.tree, now.q(), now.v());
+    if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     rebase();
     // Slip that was given is kept, be it below the capture speed.
     find_resting_contacts(points_of_gaps(contact_gaps), false, kNoSlip);
@@ -93,44 +83,40 @@ void Motion::begin(const double* v, const std::vector<int>& contact_gaps) {
 // where it slips no faster than `no_slip`.
 bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates, bool lay,
                                    double no_slip) {
-    dynamics_.set_state(y.data(), y.data() + nq());
-    const double* v = y.data() + nq();
-    double fastest = 0.0;
-    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    const double slow = std::max(settings_.capture_speed, tolerance::at_rest * fastest);
+    set_state();
+    const double slow = std::max(settings_.capture_speed, tolerance::at_rest * fastest());
     const std::vector<RestInterval> before = resting();
     std::vector<RestingContact> parted;
-    rest_.points.clear();
+    now.rest.points.clear();
     for (const RestingContact& point : candidates) {
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        const double opening = velocity_of(point, y.data()).linear.z,
+        const double opening = velocity_of(point, now.q()).linear.z,
                      most = std::max(slow, chatters(point.gap) ? gap.capture : gap.rests);
-        (opening <= most ? rest_.points : parted).push_back(point);
+        (opening <= most ? now.rest.points : parted).push_back(point);
     }
-    for (RestingContact& point : rest_.points) {
+    for (RestingContact& point : now.rest.points) {
         point.pressed = true;
         const int entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
         for (const RestInterval& known : before)
             if (known.entry == entry) point.since = std::min(point.since, known.start);
     }
     for (const RestInterval& known : before) {
-        const bool stays =
-            std::any_of(rest_.points.begin(), rest_.points.end(), [&](const RestingContact& p) {
+        const bool stays = std::any_of(
+            now.rest.points.begin(), now.rest.points.end(), [&](const RestingContact& p) {
                 return dynamics_.contact_gaps.gaps()[p.gap].entry == known.entry;
             });
-        if (!stays) rests.push_back({known.entry, known.start, t});
+        if (!stays) rests.push_back({known.entry, known.start, now.t});
     }
-    if (lay && !rest_.points.empty()) correct_drift(true);
+    if (lay && !now.rest.points.empty()) correct_drift(true);
     rebase();
-    if (!dynamics_.kinks.empty())
-        dynamics_.kinks.set_sides(dynamics_.tree, y.data(), y.data() + nq());
+    if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     if (!find_slip_states(no_slip)) return false;
     const std::vector<RestingContact> low = micro_bounces(parted);
     if (low.empty()) return true;
     // A hop that cannot be told from rest would be followed by others without end.
-    for (const RestingContact& point : low) rest_.points.push_back(point);
+    for (const RestingContact& point : low) now.rest.points.push_back(point);
     std::stable_sort(
-        rest_.points.begin(), rest_.points.end(),
+        now.rest.points.begin(), now.rest.points.end(),
         [](const RestingContact& a, const RestingContact& b) { return a.gap < b.gap; });
     correct_drift(true);
     rebase();
@@ -143,16 +129,16 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
     micro_bounce_ = 0.0;
     std::vector<RestingContact> low;
     if (parted.empty()) return low;
-    dynamics_.set_state(y.data(), y.data() + nq(), true);
+    dynamics_.set_state(now.q(), now.v(), true);
     std::vector<double> own(3 * nv()), own_turning(3 * nv());
     for (const RestingContact& point : parted) {
         double bias[3], more[3];
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, y.data(), y.data() + nq(),
+        dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), now.v(),
                                     {own.data(), gap.turns ? own_turning.data() : nullptr, bias,
                                      gap.turns ? more : nullptr});
-        const double speed = sum_of(own.data() + 2 * nv(), y.data() + nq(), nv()),
-                     pull = sum_of(own.data() + 2 * nv(), rate_.data() + nq(), nv()) + bias[2];
+        const double speed = dot(own.data() + 2 * nv(), now.v(), nv()),
+                     pull = dot(own.data() + 2 * nv(), now.rate.data() + nq(), nv()) + bias[2];
         if (!(pull < 0.0 && speed > 0.0)) continue;
         const double duration = -2.0 * speed / pull, height = -0.5 * speed * speed / pull;
         const bool is_told = !gap.of_bodies() && gap.kind != Contact::functions;
@@ -174,24 +160,18 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
 
 // Set the slip states of points and the directions of joints from here on; drift is taken out.
 bool Motion::find_slip_states(double no_slip) {
-    double* v = y.data() + nq();
-    double fastest = 0.0;
-    for (int i = 0; i < nv(); ++i) fastest = std::max(fastest, std::abs(v[i]));
-    dynamics_.set_state(y.data(), v);
-    const auto slip_state_of = [](double a, double b, double none) {
-        const double speed = std::hypot(a, b);
-        return speed > none ? SlipState{true, {a / speed, b / speed}} : SlipState();
-    };
-    for (RestingContact& point : rest_.points) {
-        const Spatial<double> u = velocity_of(point, y.data());
-        point.slip = slip_state_of(u.linear.x, u.linear.y, no_slip);
+    double* v = now.v();
+    dynamics_.set_state(now.q(), v);
+    for (RestingContact& point : now.rest.points) {
+        const Spatial<double> u = velocity_of(point, now.q());
+        point.slip = SlipState::of(u.linear.x, u.linear.y, no_slip);
         if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
-        point.roll = slip_state_of(u.angular.x, u.angular.y, kNoSlip);
-        point.spin = slip_state_of(u.angular.z, 0.0, kNoSlip);
+        point.roll = SlipState::of(u.angular.x, u.angular.y, kNoSlip);
+        point.spin = SlipState::of(u.angular.z, 0.0, kNoSlip);
     }
-    for (std::size_t j = 0; j < rest_.dry.size(); ++j) {
+    for (std::size_t j = 0; j < now.rest.dry.size(); ++j) {
         const double own = v[scene_->dry[j].v];
-        rest_.dry[j] = std::abs(own) > tolerance::at_rest * fastest ? (own > 0.0 ? 1 : -1) : 0;
+        now.rest.dry[j] = std::abs(own) > tolerance::at_rest * fastest() ? (own > 0.0 ? 1 : -1) : 0;
     }
     return update_rest();
 }
@@ -203,31 +183,31 @@ void Motion::retain_contacts(std::vector<RestingContact> stays) {
             std::any_of(stays.begin(), stays.end(), [&](const RestingContact& p) {
                 return dynamics_.contact_gaps.gaps()[p.gap].entry == known.entry;
             });
-        if (!rests_still) rests.push_back({known.entry, known.start, t});
+        if (!rests_still) rests.push_back({known.entry, known.start, now.t});
     }
-    rest_.points = std::move(stays);
+    now.rest.points = std::move(stays);
     rebase();
 }
 
 // Points that neither push nor stay are let go of.
 void Motion::release_contacts() {
-    dynamics_.set_state(y.data(), y.data() + nq());
+    set_state();
     std::vector<RestingContact> stays;
     std::vector<int> torn_gaps;
-    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
+    for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
         double inside = INFINITY;
-        dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(), &inside);
-        const int entry = dynamics_.contact_gaps.gaps()[rest_.points[i].gap].entry;
+        dynamics_.contact_gaps.gap_of(dynamics_.tree, now.rest.points[i], now.q(), &inside);
+        const int entry = dynamics_.contact_gaps.gaps()[now.rest.points[i].gap].entry;
         const bool torn = pull_on(entry) > 0.0 &&
-                          dynamics_.rate.size() == 3 * rest_.points.size() &&
+                          dynamics_.rate.size() == 3 * now.rest.points.size() &&
                           dynamics_.rate[3 * i + 2] > kPartedAtEvent * dynamics_.size;
         const bool lifts =
-            torn || (!rest_.points[i].pressed &&
-                     velocity_of(rest_.points[i], y.data()).linear.z > kLiftedAtEvent);
-        if (torn) torn_gaps.push_back(rest_.points[i].gap);
-        if (!lifts && inside > -kLeftAtEvent) stays.push_back(rest_.points[i]);
+            torn || (!now.rest.points[i].pressed &&
+                     velocity_of(now.rest.points[i], now.q()).linear.z > kLiftedAtEvent);
+        if (torn) torn_gaps.push_back(now.rest.points[i].gap);
+        if (!lifts && inside > -kLeftAtEvent) stays.push_back(now.rest.points[i]);
     }
-    if (stays.size() == rest_.points.size()) return;
+    if (stays.size() == now.rest.points.size()) return;
     // Points that have left their faces may touch beside them.
     retain_contacts(stays);
     // A contact that was torn off has no speed yet: rounding alone would close it again.
@@ -238,7 +218,7 @@ void Motion::release_contacts() {
 // direction from its slip.
 bool Motion::update_slip_states() {
     bool changed = false;
-    const std::size_t n = rest_.points.size();
+    const std::size_t n = now.rest.points.size();
     if (dynamics_.rate.size() != 3 * n) return false;
     // `smooth`: whether friction does not fall where it begins to slide.
     const auto update = [&](SlipState& slip_state, const double* speed, const double* rate,
@@ -258,7 +238,7 @@ bool Motion::update_slip_states() {
     };
     std::size_t next = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        RestingContact& point = rest_.points[i];
+        RestingContact& point = now.rest.points[i];
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
         const bool drops = dynamics_.has_drop(gap.entry);
         if (dynamics_.static_friction(gap.entry) > 0.0 || drops)
@@ -274,10 +254,10 @@ bool Motion::update_slip_states() {
             update(point.spin, speed + 2, rate + 2, 1, kNoSlip * 1e2, point.pressed, false);
         ++next;
     }
-    for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-        if (rest_.dry[j] == 0 && dynamics_.dry_rate[j] != 0.0) {
+    for (std::size_t j = 0; j < now.rest.dry.size(); ++j)
+        if (now.rest.dry[j] == 0 && dynamics_.dry_rate[j] != 0.0) {
             if (!(std::abs(dynamics_.dry_rate[j]) > tolerance::torn * dynamics_.size)) continue;
-            rest_.dry[j] = dynamics_.dry_rate[j] > 0.0 ? 1 : -1;
+            now.rest.dry[j] = dynamics_.dry_rate[j] > 0.0 ? 1 : -1;
             changed = true;
         }
     return changed;
@@ -288,17 +268,17 @@ bool Motion::update_slip_states() {
 bool Motion::update_rest(bool is_known) {
     failure_ = DynamicsFailure::none;
     const auto evaluate = [&] {
-        if (rate(t, y.data(), rate_.data())) return true;
-        if (failure_ == DynamicsFailure::rest_not_solved && !rest_.points.empty()) return false;
+        if (rate(now.t, now.q(), now.rate.data())) return true;
+        if (failure_ == DynamicsFailure::rest_not_solved && !now.rest.points.empty()) return false;
         return fail();
     };
     const auto jam = [&] {
         return ended == Ended::not_yet && (impact_without_collision() || fail());
     };
     if (!is_known && !evaluate()) return jam();
-    const std::size_t before = rest_.points.size();
+    const std::size_t before = now.rest.points.size();
     if (before > 0) release_contacts();
-    if (rest_.points.size() != before && !evaluate()) return jam();
+    if (now.rest.points.size() != before && !evaluate()) return jam();
     bool changed = update_slip_states();
     const bool corrected = correct_drift(false);
     if (corrected || changed) {
@@ -318,111 +298,89 @@ bool Motion::correct_drift(bool all_normals) {
 
 // The same of places alone, by Newton's method.
 bool Motion::correct_places(bool all_normals) {
-    bool corrected = false;
-    std::vector<double> off, rows, change, dq(nv()), shift(nq()), J;
-    std::vector<int> of_rows, turning;
-    const int m = dynamics_.constraints.rows();
-    const auto add_row = [&](const double* row, double by) {
-        rows.insert(rows.end(), row, row + nv());
-        change.push_back(by);
-    };
+    std::vector<double> off;
+    std::vector<int> of_rows;
+    const BilateralConstraints& held = dynamics_.constraints;
     for (int step = 0; step < kMostSteps; ++step) {
-        dynamics_.set_state(y.data(), y.data() + nq());
-        rows.clear(), change.clear(), off.clear();
-        if (m > 0) {
-            dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
-            dynamics_.constraints.drift(dynamics_.tree, y.data(), t, off, of_rows);
+        set_state();
+        Correction back;
+        if (held.rows() > 0) {
+            dynamics_.constraints.fill_rows(dynamics_.tree, now.q());
+            held.drift(dynamics_.tree, now.q(), now.t, off, of_rows);
             for (std::size_t i = 0; i < off.size(); ++i)
-                add_row(dynamics_.constraints.A() + of_rows[i] * nv(), -off[i]);
+                back.add(held.A() + of_rows[i] * nv(), nv(), -off[i]);
         }
-        write_rows(rest_.points, J, turning);
-        for (std::size_t i = 0; i < rest_.points.size(); ++i)
-            if (rest_.points[i].pressed || all_normals)
-                add_row(J.data() + (3 * i + 2) * nv(),
-                        -dynamics_.contact_gaps.gap_of(dynamics_.tree, rest_.points[i], y.data(),
-                                                       nullptr));
-        if (!(largest(change.data(), static_cast<int>(change.size())) > tolerance::sums)) break;
-        if (!dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()),
-                                           change.data(), dq.data()))
-            break;
-        configuration_rate(*scene_->scene.model, y.data(), dq.data(), shift.data());
-        for (int i = 0; i < nq(); ++i) y[i] += shift[i];
-        normalize_configuration(*scene_->scene.model, y.data());
-        corrected = true;
+        const std::vector<double> J = rows_of(now.rest.points);
+        for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
+            const RestingContact& point = now.rest.points[i];
+            if (point.pressed || all_normals)
+                back.add(J.data() + (3 * i + 2) * nv(), nv(),
+                         -dynamics_.contact_gaps.gap_of(dynamics_.tree, point, now.q(), nullptr));
+        }
+        std::vector<double> dq(nv()), shift(nq());
+        if (!back.is_needed() || !dynamics_.correct(back, dq.data())) return step > 0;
+        configuration_rate(*scene_->scene.model, now.q(), dq.data(), shift.data());
+        for (int i = 0; i < nq(); ++i) now.y[i] += shift[i];
+        normalize_configuration(*scene_->scene.model, now.q());
     }
-    return corrected;
+    return true;
 }
 
 // The same of velocities alone.
 bool Motion::correct_velocities(bool all_normals) {
-    std::vector<double> rows, change, dv(nv()), J;
-    std::vector<int> turning;
-    const int m = dynamics_.constraints.rows();
-    const auto add_row = [&](const double* row, double by) {
-        rows.insert(rows.end(), row, row + nv());
-        change.push_back(by);
-    };
-    dynamics_.set_state(y.data(), y.data() + nq());
-    double* v = y.data() + nq();
-    if (m > 0) {
+    set_state();
+    const double* v = now.v();
+    Correction back;
+    const auto still = [&](const double* row) { back.add(row, nv(), -dot(row, v, nv())); };
+    if (const int m = dynamics_.constraints.rows(); m > 0) {
         std::vector<double> speed(m), rate(m);
-        dynamics_.constraints.fill_rows(dynamics_.tree, y.data());
-        dynamics_.constraints.speeds(t, speed.data(), rate.data());
+        dynamics_.constraints.fill_rows(dynamics_.tree, now.q());
+        dynamics_.constraints.speeds(now.t, speed.data(), rate.data());
         for (int r = 0; r < m; ++r) {
             const double* row = dynamics_.constraints.A() + r * nv();
-            add_row(row, speed[r] - sum_of(row, v, nv()));
+            back.add(row, nv(), speed[r] - dot(row, v, nv()));
         }
     }
-    write_rows(rest_.points, J, turning);
-    std::size_t next = rest_.points.size();
-    for (std::size_t i = 0; i < rest_.points.size(); ++i) {
-        const RestingContact& point = rest_.points[i];
+    const std::vector<double> J = rows_of(now.rest.points);
+    const double *row = J.data(), *turn = row + 3 * nv() * now.rest.points.size();
+    for (const RestingContact& point : now.rest.points) {
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        const double* row = J.data() + 3 * i * nv();
-        const bool keeps = point.pressed || all_normals;
-        const auto still = [&](const double* own) { add_row(own, -sum_of(own, v, nv())); };
-        if (keeps) still(row + 2 * nv());
-        // A chattering contact does not slip either: friction of so little slip would tip it.
-        if (all_normals && chatters(point.gap) &&
-            std::hypot(sum_of(row, v, nv()), sum_of(row + nv(), v, nv())) < gap.capture)
-            still(row), still(row + nv());
-        if (point.pressed && !all_normals && !point.slip.moves &&
-            dynamics_.static_friction(gap.entry) > 0.0)
-            still(row), still(row + nv());
-        if (!gap.turns) continue;
-        const double* turn = J.data() + 3 * next++ * nv();
         const ContactCoefficients& own = scene_->law.contacts[gap.entry];
-        if (all_normals || !point.pressed) continue;
-        if (!point.roll.moves && own.rolling > 0.0) still(turn), still(turn + nv());
-        if (!point.spin.moves && own.torsion > 0.0) still(turn + 2 * nv());
+        const double *second = row + nv(), *normal = second + nv();
+        // A chattering contact does not slip either: friction of so little slip would tip it.
+        const bool sticks =
+            all_normals
+                ? chatters(point.gap) &&
+                      std::hypot(dot(row, v, nv()), dot(second, v, nv())) < gap.capture
+                : point.pressed && !point.slip.moves && dynamics_.static_friction(gap.entry) > 0.0;
+        const bool turns = gap.turns && point.pressed && !all_normals;
+        if (point.pressed || all_normals) still(normal);
+        if (sticks) still(row), still(second);
+        if (turns && !point.roll.moves && own.rolling > 0.0) still(turn), still(turn + nv());
+        if (turns && !point.spin.moves && own.torsion > 0.0) still(turn + 2 * nv());
+        row += 3 * nv();
+        if (gap.turns) turn += 3 * nv();
     }
-    if (!all_normals)
-        for (std::size_t j = 0; j < rest_.dry.size(); ++j)
-            if (rest_.dry[j] == 0) {
-                std::vector<double> row(nv());
-                row[scene_->dry[j].v] = 1.0;
-                add_row(row.data(), -v[scene_->dry[j].v]);
-            }
-    if (largest(change.data(), static_cast<int>(change.size())) > tolerance::sums &&
-        dynamics_.velocity_correction(rows.data(), static_cast<int>(change.size()), change.data(),
-                                      dv.data())) {
-        for (int i = 0; i < nv(); ++i) v[i] += dv[i];
-        return true;
-    }
-    return false;
+    for (std::size_t j = 0; j < now.rest.dry.size() && !all_normals; ++j)
+        if (now.rest.dry[j] == 0) {
+            std::vector<double> joint(nv());
+            joint[scene_->dry[j].v] = 1.0;
+            still(joint.data());
+        }
+    return back.is_needed() && dynamics_.correct(back, now.v());
 }
 
 // Gaps that are closed, or overlap by rounding, count as zero.
 void Motion::rebase() {
-    dynamics_.set_state(y.data(), y.data() + nq());
+    set_state();
     const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i)
-        base_[i] = passing_[i]
-                       ? 0.0
-                       : std::min(dynamics_.contact_gaps
-                                      .measure(dynamics_.tree, gaps[i], y.data(), y.data() + nq())
-                                      .gap,
-                                  0.0);
+        base_[i] =
+            passing_[i]
+                ? 0.0
+                : std::min(
+                      dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v()).gap,
+                      0.0);
 }
 
 }  // namespace impulsekit
