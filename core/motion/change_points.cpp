@@ -11,6 +11,7 @@
 
 #include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
+#include "motion/interpolation.hpp"
 #include "motion/motion.hpp"
 #include "spatial/joints.hpp"
 
@@ -22,11 +23,8 @@ constexpr std::size_t kMostBack = 100;
 // A jump reaches so many lengths of the way to the change point, and at least of those of the
 // longest step; from how many times as long it is learnt.
 constexpr double kJumpReach = 1.5, kLeastReach = 1e-2, kFitted = 4.0;
-// Behind, velocities may be off by this part of the largest; accelerations of the polynomial are
-// told from values of it this part of the jump apart.
-constexpr double kOff = 1e-6, kApart = 1e-3;
-constexpr int kNodes = 8;
-constexpr double kPi = 3.14159265358979323846;
+// Accelerations of the polynomial behind are told from values of it this part of the jump apart.
+constexpr double kApart = 1e-3;
 
 // The basis of a step's shape at a part of it.
 void basis(double x, double* to) {
@@ -42,12 +40,10 @@ void basis(double x, double* to) {
 // The polynomial through states of the path before a time, from there on.
 Step Motion::extrapolation(double start, double length) const {
     const int n = static_cast<int>(now.y.size());
-    const double begin = start - kFitted * length;
-    std::vector<double> nodes(kNodes), values(kNodes * n), weights(kNodes);
-    for (int i = 0; i < kNodes; ++i) {
-        nodes[i] = begin + 0.5 * (1.0 - std::cos(kPi * i / (kNodes - 1))) * (start - begin);
-        weights[i] = (i % 2 == 0 ? 1.0 : -1.0) * (i == 0 || i == kNodes - 1 ? 0.5 : 1.0);
-        state(nodes[i], values.data() + i * n, values.data() + i * n + nq());
+    const Interpolation through(start - kFitted * length, start);
+    std::vector<double> values(Interpolation::count * n);
+    for (int i = 0; i < Interpolation::count; ++i) {
+        state(through.nodes[i], values.data() + i * n, values.data() + i * n + nq());
         if (i > 0)
             choose_signs(*scene_->scene.model, values.data() + (i - 1) * n, values.data() + i * n);
     }
@@ -64,13 +60,11 @@ Step Motion::extrapolation(double start, double length) const {
         const double part = (r + 1) / 7.0, at = start + part * length;
         basis(part, trial);
         std::copy(trial, trial + 7, A + 7 * r);
-        double sum = 0.0;
-        for (int i = 0; i < kNodes; ++i) {
-            const double weight = weights[i] / (at - nodes[i]);
-            sum += weight;
-            for (int j = 0; j < n; ++j) change[r * n + j] += weight * values[i * n + j];
-        }
-        for (int j = 0; j < n; ++j) change[r * n + j] = change[r * n + j] / sum - step.before[j];
+        double shares[Interpolation::count];
+        through.shares(at, shares);
+        for (int j = 0; j < n; ++j) change[r * n + j] = -step.before[j];
+        for (int i = 0; i < Interpolation::count; ++i)
+            for (int j = 0; j < n; ++j) change[r * n + j] += shares[i] * values[i * n + j];
     }
     if (!factor_lu(A, 7, pivot)) return step;
     for (int j = 0; j < n; ++j) {
@@ -94,20 +88,17 @@ double Motion::error_behind(const Step& jump) {
     const double fastest = largest(v, nv());
     double worst = 0.0;
     for (int r = 0; r < m; ++r) {
-        double sum = 0.0;
         const double* row = dynamics_.constraints.A() + r * nv();
-        for (int i = 0; i < nv(); ++i) {
-            sum += row[i] * v[i];
-            terms[r] += std::abs(row[i]) * fastest;
-        }
+        for (int i = 0; i < nv(); ++i) terms[r] += std::abs(row[i]) * fastest;
         terms[r] += std::abs(speed[r]);
-        if (terms[r] > 0.0) worst = std::max(worst, std::abs(sum - speed[r]) / terms[r]);
+        if (terms[r] > 0.0)
+            worst = std::max(worst, std::abs(dot(row, v, nv()) - speed[r]) / terms[r]);
     }
     dynamics_.constraints.drift(dynamics_.tree, here_.data(), jump.end, off, rows);
     for (std::size_t i = 0; i < off.size(); ++i)
         if (terms[rows[i]] > 0.0)
             worst = std::max(worst, std::abs(off[i]) / length / terms[rows[i]]);
-    if (!(worst < kOff)) return worst;
+    if (!(worst < tolerance::contradiction)) return worst;
     const std::vector<double> after = here_;
     set_state(jump, jump.end - apart);
     const std::vector<double> before = here_;
@@ -135,7 +126,7 @@ bool Motion::pass_change_point(double until) {
         if (start - kFitted * length < smooth_since_ || start + length > until) continue;
         const Step step = extrapolation(start, length);
         const double off = error_behind(step);
-        if (!(off < std::min(least, kOff))) continue;
+        if (!(off < std::min(least, tolerance::contradiction))) continue;
         least = off;
         best = step;
         kept = i;

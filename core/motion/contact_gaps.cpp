@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
+#include "motion/tolerances.hpp"
 #include "scene/contact_geometry.hpp"
 
 namespace impulsekit {
@@ -16,9 +16,8 @@ constexpr double kMove = 1e-3;
 // Overlaps deeper than these are no motion that is right: of points and stops, whose drift is taken
 // out after every step, and of bodies, in radii of the smaller one and at most [m].
 constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e-5, kAlways = 2e-6;
-// Corners, ends and rims that come down more slowly stay, as do points that part more slowly [m/s]:
-// they would hop some 1e-9 m and 5e-12 m high.
-constexpr double kSlowCorner = 2e-4, kSlowRise = 1e-5;
+// Corners, ends and rims that come down more slowly stay [m/s]: they would hop some 1e-9 m high.
+constexpr double kSlowCorner = 2e-4;
 
 // The axes of a body's joint, in which its shapes are given, and its origin.
 Placement placement_of(const Tree<double>& tree, int body) {
@@ -144,8 +143,8 @@ ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, GapFunctions
             for (int side : {1, 0})
                 if (is_pointed(side == 0 ? contact.first : contact.other, gap.reach))
                     gap.pointed = side;
-            gap.capture = has_ends(contact) ? kSlowCorner : kSlowRise;
-            gap.rests = kSlowRise;
+            gap.capture = has_ends(contact) ? kSlowCorner : kSlow;
+            gap.rests = kSlow;
             gap.deepest =
                 std::max(std::min(kDeepestOfBodies, kDeepestOfRadius * gap.smaller), kAlways);
         }

@@ -5,6 +5,7 @@
 
 #include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
+#include "scene/blows.hpp"
 
 namespace impulsekit {
 namespace {
@@ -64,18 +65,6 @@ void pull(const PointSpring& s, Tree<double>& tree) {
     const Vec3<double> force = at.along * tension_of(s, at);
     add_force(tree, s.first, at.place, -force);
     add_force(tree, s.other, at.other_place, force);
-}
-
-void apply(const AppliedForce& applied, const double* numbers, Tree<double>& tree) {
-    const Mat3<double>& r = tree.rotation[applied.site.body];
-    Vec3<double> force = vec3<double>(numbers), couple = vec3<double>(numbers + 3);
-    if (applied.is_local) {
-        const Mat3<double> axes = r * mat3<double>(applied.site.axes);
-        force = axes * force;
-        couple = axes * couple;
-    }
-    const Vec3<double> arm = r * vec3<double>(applied.site.point);
-    tree.wrench[applied.site.body] += Spatial<double>{force, couple + cross(arm, force)};
 }
 
 double clamped(const JointForce& f, const Kinks& kinks, int i, const double* q, const double* v) {
@@ -234,7 +223,10 @@ void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, c
         const AppliedForce& own = forces.applied[i];
         double given[6];
         if (own.function) own.function(t, q, v, given);
-        apply(own, own.function ? given : own.numbers, tree);
+        const int body = own.site.body;
+        tree.wrench[body] +=
+            wrench_of(Blow{own.site, own.is_local}, own.function ? given : own.numbers,
+                      tree.rotation[body], false);
     }
     for (std::size_t i = 0; i < forces.timed.size(); ++i)
         if (is_chosen(ForceEntry::timed, i))

@@ -20,8 +20,6 @@ constexpr double kStill = 1e-8;
 constexpr double kPressed[] = {1e-12, 1e-8, 1e-6}, kPressedOfSum = 1e-14;
 // Changes of velocity so many times the pressing, and of this share of the slip, are an impact's.
 constexpr double kAnImpact = 1e3, kOfSlip = 1e-7;
-// If no forces hold a resting contact, slip below this [m/s] is stopped.
-constexpr double kSlowSlip = 1e-5;
 
 }  // namespace
 
@@ -62,6 +60,16 @@ std::vector<double> Motion::rows_of(const std::vector<RestingContact>& points) {
         if (gaps[point.gap].turns) turns += block;
     }
     return J;
+}
+
+// The acceleration of a point in its axes, of a; the tree with rates at no joint acceleration.
+Vec Motion::acceleration_of(const RestingContact& point, const double* a) const {
+    std::vector<double> J(6 * nv());
+    double bias[6];
+    dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), now.v(),
+                                {J.data(), J.data() + 3 * nv(), bias, bias + 3});
+    for (int j = 0; j < 3; ++j) bias[j] += dot(J.data() + j * nv(), a, nv());
+    return vec3<double>(bias);
 }
 
 // The impact of points at this place, from v.
@@ -173,19 +181,14 @@ bool Motion::apply_impact(std::vector<RestingContact> points, double approach, d
 bool Motion::release_unloaded() {
     RestingState free = now.rest;
     free.points.clear();
-    std::vector<double> a(nv()), J(3 * nv()), turning(3 * nv());
-    const double* v = now.v();
-    if (dynamics_.accelerate(now.t, now.q(), v, free, a.data()) != DynamicsFailure::none)
+    std::vector<double> a(nv()), opening;
+    if (dynamics_.accelerate(now.t, now.q(), now.v(), free, a.data()) != DynamicsFailure::none)
         return false;
-    std::vector<double> opening;
     double size = 0.0;
     for (const RestingContact& point : now.rest.points) {
-        double bias[3], more[3];
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), v,
-                                    {J.data(), turning.data(), bias, more});
-        for (int j = 0; j < 3; ++j) bias[j] += dot(J.data() + j * nv(), a.data(), nv());
-        size = std::max({size, std::abs(bias[0]), std::abs(bias[1]), std::abs(bias[2])});
-        opening.push_back(bias[2]);
+        const Vec own = acceleration_of(point, a.data());
+        size = std::max({size, std::abs(own.x), std::abs(own.y), std::abs(own.z)});
+        opening.push_back(own.z);
     }
     std::vector<RestingContact> stays;
     for (std::size_t i = 0; i < opening.size(); ++i)
@@ -240,7 +243,7 @@ bool Motion::impact_without_collision() {
         const double s0 = dot(row, v, nv()), s1 = dot(row + nv(), v, nv()),
                      speed = std::hypot(s0, s1);
         fastest = std::max({fastest, std::abs(s0), std::abs(s1)});
-        double sum = 0.0, most = kSlowSlip;
+        double sum = 0.0, most = kSlow;
         for (int k = 0; k < nv(); ++k) sum += std::abs(row[2 * nv() + k] * v[k]);
         sums = std::max(sums, sum);
         if (static_cast<int>(dynamics_.rate.size()) == 3 * n)

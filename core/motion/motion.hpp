@@ -156,6 +156,7 @@ class Motion {
                   double fastest, double sums);
     void count_soft_impact(int gap, bool soft);
     bool chatters(int gap) const;
+    Vec acceleration_of(const RestingContact& point, const double* a) const;
     std::vector<double> rows_of(const std::vector<RestingContact>& points);
     SceneImpact solve(const std::vector<RestingContact>& points, const std::vector<double>& v,
                       bool soft) const;
@@ -174,6 +175,7 @@ class Motion {
     bool update_slip_states();
     void release_contacts();
     void rebase();
+    void end_rests(const std::vector<RestInterval>& before);
     void retain_contacts(std::vector<RestingContact> stays);
     bool release_unloaded();
     double pull_on(int entry) const;

@@ -12,9 +12,9 @@ namespace impulsekit {
 namespace {
 
 // The gap of a contact that was torn off may waver by this [m].
-constexpr double kGrazed = 1e-13;
+constexpr double kGrazed = tolerance::solved;
 // Rounding of places, of their size.
-constexpr double kRounded = 2e-15;
+constexpr double kRounded = 2.0 * tolerance::rounding;
 constexpr int kMostSteps = 3;
 
 }  // namespace
@@ -26,9 +26,9 @@ std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
     for (std::size_t i = 0; i < gaps.size(); ++i) {
         const GapState state =
             dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v());
-        if (!(state.gap <= kAtStop)) continue;
+        if (!(state.gap <= tolerance::alike)) continue;
         if (!dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v())) {
-            passing_[i] = state.gap < -kAtStop;
+            passing_[i] = state.gap < -tolerance::alike;
             continue;
         }
         found.emplace_back(static_cast<int>(i), state);
@@ -100,13 +100,7 @@ bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates
         for (const RestInterval& known : before)
             if (known.entry == entry) point.since = std::min(point.since, known.start);
     }
-    for (const RestInterval& known : before) {
-        const bool stays = std::any_of(
-            now.rest.points.begin(), now.rest.points.end(), [&](const RestingContact& p) {
-                return dynamics_.contact_gaps.gaps()[p.gap].entry == known.entry;
-            });
-        if (!stays) rests.push_back({known.entry, known.start, now.t});
-    }
+    end_rests(before);
     if (lay && !now.rest.points.empty()) correct_drift(true);
     rebase();
     if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
@@ -130,15 +124,10 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
     std::vector<RestingContact> low;
     if (parted.empty()) return low;
     dynamics_.set_state(now.q(), now.v(), true);
-    std::vector<double> own(3 * nv()), own_turning(3 * nv());
     for (const RestingContact& point : parted) {
-        double bias[3], more[3];
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), now.v(),
-                                    {own.data(), gap.turns ? own_turning.data() : nullptr, bias,
-                                     gap.turns ? more : nullptr});
-        const double speed = dot(own.data() + 2 * nv(), now.v(), nv()),
-                     pull = dot(own.data() + 2 * nv(), now.rate.data() + nq(), nv()) + bias[2];
+        const double speed = velocity_of(point, now.q()).linear.z,
+                     pull = acceleration_of(point, now.rate.data() + nq()).z;
         if (!(pull < 0.0 && speed > 0.0)) continue;
         const double duration = -2.0 * speed / pull, height = -0.5 * speed * speed / pull;
         const bool is_told = !gap.of_bodies() && gap.kind != Contact::functions;
@@ -176,16 +165,20 @@ bool Motion::find_slip_states(double no_slip) {
     return update_rest();
 }
 
-// These of the resting points stay; contacts of which none does have ended their rest.
+// Contacts that rested before and do no more have ended their rest.
+void Motion::end_rests(const std::vector<RestInterval>& before) {
+    const std::vector<RestInterval> after = resting();
+    for (const RestInterval& known : before)
+        if (std::none_of(after.begin(), after.end(),
+                         [&](const RestInterval& own) { return own.entry == known.entry; }))
+            rests.push_back({known.entry, known.start, now.t});
+}
+
+// These of the resting points stay.
 void Motion::retain_contacts(std::vector<RestingContact> stays) {
-    for (const RestInterval& known : resting()) {
-        const bool rests_still =
-            std::any_of(stays.begin(), stays.end(), [&](const RestingContact& p) {
-                return dynamics_.contact_gaps.gaps()[p.gap].entry == known.entry;
-            });
-        if (!rests_still) rests.push_back({known.entry, known.start, now.t});
-    }
+    const std::vector<RestInterval> before = resting();
     now.rest.points = std::move(stays);
+    end_rests(before);
     rebase();
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/tolerances.hpp"
+#include "motion/interpolation.hpp"
 #include "motion/motion.hpp"
 
 namespace impulsekit {
@@ -14,8 +14,6 @@ constexpr double kLooks = 2000.0;
 // Beyond this part of the largest value seen a force is not what the step takes it for: what a step
 // within tolerance makes of a smooth force is a thousand times nearer.
 constexpr double kUnlike = 1e-3;
-constexpr int kNodes = 8;
-constexpr double kPi = 3.14159265358979323846;
 
 }  // namespace
 
@@ -43,38 +41,29 @@ double Motion::shorter_step(const Step& step) {
     const Forces& forces = scene_->forces;
     const double spacing = settings_.scale_of_time / kLooks, span = step.end - step.start;
     if (!forces.are_watched() || !(span > 2.0 * spacing)) return 0.0;
-    std::vector<double> nodes(kNodes), weights(kNodes), seen;
-    std::vector<std::vector<double>> values(kNodes);
-    for (int i = 0; i < kNodes; ++i) {
-        nodes[i] = step.start + 0.5 * (1.0 - std::cos(kPi * i / (kNodes - 1))) * span;
-        weights[i] = (i % 2 == 0 ? 1.0 : -1.0) * (i == 0 || i == kNodes - 1 ? 0.5 : 1.0);
-        forces_at(step, nodes[i], values[i]);
-        largest_force_.resize(values[i].size(), 0.0);
-        for (std::size_t k = 0; k < values[i].size(); ++k)
-            if (std::isfinite(values[i][k]))
-                largest_force_[k] = std::max(largest_force_[k], std::abs(values[i][k]));
-    }
+    const Interpolation through(step.start, step.end);
+    std::vector<double> values[Interpolation::count], seen;
+    const auto look = [&](double at, std::vector<double>& found) {
+        forces_at(step, at, found);
+        largest_force_.resize(found.size(), 0.0);
+        for (std::size_t k = 0; k < found.size(); ++k)
+            if (std::isfinite(found[k]))
+                largest_force_[k] = std::max(largest_force_[k], std::abs(found[k]));
+    };
+    for (int i = 0; i < Interpolation::count; ++i) look(through.nodes[i], values[i]);
     // The components of a force count as one.
     const std::size_t threes = 6 * forces.applied.size();
     for (double at = (std::floor(step.start / spacing) + 1.0) * spacing; at < step.end;
          at += spacing) {
-        forces_at(step, at, seen);
-        for (std::size_t k = 0; k < seen.size(); ++k)
-            if (std::isfinite(seen[k]))
-                largest_force_[k] = std::max(largest_force_[k], std::abs(seen[k]));
+        look(at, seen);
+        double shares[Interpolation::count];
+        through.shares(at, shares);
         for (std::size_t k = 0; k < seen.size(); ++k) {
-            double sum = 0.0, scale = 0.0, hit = NAN;
-            for (int i = 0; i < kNodes; ++i) {
-                const double apart = at - nodes[i];
-                if (std::abs(apart) < tolerance::sums * span) hit = values[i][k];
-                sum += weights[i] / apart * values[i][k];
-                scale += weights[i] / apart;
-            }
-            double most = largest_force_[k];
+            double told = 0.0, most = largest_force_[k];
+            for (int i = 0; i < Interpolation::count; ++i) told += shares[i] * values[i][k];
             if (k < threes)
                 for (std::size_t j = k / 3 * 3; j < k / 3 * 3 + 3; ++j)
                     most = std::max(most, largest_force_[j]);
-            const double told = std::isnan(hit) ? sum / scale : hit;
             if (!(std::abs(seen[k] - told) > kUnlike * most)) continue;
             return std::max(spacing, std::min(at - spacing - step.start, 0.5 * span));
         }

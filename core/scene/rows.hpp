@@ -265,8 +265,9 @@ class Rows {
         last_rows(J)[2 * nv() + contact.v] = number<S>(sign);
     }
 
+    // A joint this near its limit, relative to its size, is at it; a rope of its length is taut.
     void close(ContactFrame<S>& t, double size) const {
-        const double bar = kAtStop * std::max(1.0, std::abs(size));
+        const double bar = tolerance::alike * std::max(1.0, std::abs(size));
         for (int k = 0; k < lanes; ++k) t.closed[k] = get(t.gap, k) <= bar;
     }
 
@@ -277,7 +278,7 @@ class Rows {
             const double* own = given[k].function_contacts + function * (1 + 3 * nv());
             Number<S>::set(t.gap, k, own[0]);
             for (int i = 0; i < 3 * nv(); ++i) Number<S>::set(rows[i], k, own[1 + i]);
-            t.closed[k] = own[0] <= kAtStop;
+            t.closed[k] = own[0] <= tolerance::alike;
         }
     }
 

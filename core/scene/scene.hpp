@@ -128,8 +128,6 @@ struct GivenState {
     const std::vector<std::pair<int, Feature>>* features = nullptr;
 };
 
-// A joint this near its limit, relative to its size, is at it; a rope of its length is taut.
-inline constexpr double kAtStop = 1e-9;
 // An axis of friction whose part in the plane is shorter has none.
 inline constexpr double kAlongNormal = 1e-6;
 
