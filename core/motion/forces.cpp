@@ -99,105 +99,81 @@ Side& Kinks::side(int k) {
     return k < joints ? side_of_joint_[joints_[k]] : side_of_spring_[springs_[k - joints]];
 }
 
-Side Kinks::side_at(int k, const Tree<double>& tree, const double* q, const double* v) const {
+Kinks::Kinked Kinks::at(int k, const Tree<double>& tree, const double* q, const double* v) const {
     const int joints = static_cast<int>(joints_.size());
-    const auto inside = [](double damping, double force) {
-        return damping > 0.0 && force < 0.0 ? Side::slack : Side::acts;
-    };
-    if (k >= joints) {
-        const PointSpring& s = forces_->springs[springs_[k - joints]];
-        const Stretch at = stretch_of(s, tree);
-        if (!(s.side * (at.length - s.rest) > 0.0)) return Side::out;
-        return inside(s.damping, s.side * tension_of(s, at));
-    }
-    const JointForce& f = forces_->joints[joints_[k]];
-    const double torque = torque_of(f, q, v);
-    if (f.side != 0.0) return zone_of(f, q) > 0.0 ? inside(f.damping, -f.side * torque) : Side::out;
-    if (torque > f.limit) return Side::upper;
-    return torque < -f.limit ? Side::lower : Side::acts;
-}
-
-void Kinks::set_sides(const Tree<double>& tree, const double* q, const double* v) {
-    for (int k = 0; k < count(); ++k) side(k) = side_at(k, tree, q, v);
-}
-
-void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
-    for (int k = 0; k < count(); ++k) {
-        const auto [at, rate] = zone(k, tree, q, v);
-        Side& own = side(k);
-        if (at <= 3.0 * tolerance::solved && rate < 0.0) {
-            const bool enters = own == Side::out;
-            own = Side::acts;
-            // The force tells of a damper that would pull at once.
-            own = !enters                                   ? Side::out
-                  : force_towards_side(k, tree, q, v) < 0.0 ? Side::slack
-                                                            : Side::acts;
-        } else if (margin(k, tree, q, v) <= 2.0 * beyond_of(k)) {
-            const bool is_spring =
-                k >= static_cast<int>(joints_.size()) || forces_->joints[joints_[k]].side != 0.0;
-            if (is_spring)
-                own = own == Side::acts ? Side::slack : Side::acts;
-            else
-                own = own != Side::acts                                    ? Side::acts
-                      : torque_of(forces_->joints[joints_[k]], q, v) > 0.0 ? Side::upper
-                                                                           : Side::lower;
-        }
-    }
-}
-
-// The force of a one-sided spring towards its side; 0 for others.
-double Kinks::force_towards_side(int k, const Tree<double>& tree, const double* q,
-                                 const double* v) const {
-    const int joints = static_cast<int>(joints_.size());
-    if (k >= joints) {
-        const PointSpring& s = forces_->springs[springs_[k - joints]];
-        return s.damping > 0.0 ? s.side * tension_of(s, stretch_of(s, tree)) : 0.0;
-    }
-    const JointForce& f = forces_->joints[joints_[k]];
-    return f.damping > 0.0 ? -f.side * torque_of(f, q, v) : 0.0;
-}
-
-// Distance beyond its kink at which a force changes.
-double Kinks::beyond_of(int k) const {
-    const int joints = static_cast<int>(joints_.size());
-    if (k >= joints) {
-        const PointSpring& s = forces_->springs[springs_[k - joints]];
-        return tolerance::solved * (s.stiffness + s.damping);
-    }
-    const JointForce& f = forces_->joints[joints_[k]];
-    return tolerance::solved * (f.side != 0.0 ? f.stiffness + f.damping : f.limit);
-}
-
-std::pair<double, double> Kinks::zone(int k, const Tree<double>& tree, const double* q,
-                                      const double* v) const {
-    const int joints = static_cast<int>(joints_.size());
-    const double sign = side(k) == Side::out ? -1.0 : 1.0;
     if (k >= joints) {
         const PointSpring& s = forces_->springs[springs_[k - joints]];
         const Stretch at = stretch_of(s, tree);
         // (l² − l₀²)/2 l₀ is smooth where the ends meet.
-        const double scale = sign * s.side / (s.rest > 0.0 ? s.rest : 1.0);
-        return {0.5 * scale * (at.length - s.rest) * (at.length + s.rest) + tolerance::solved,
+        const double scale = s.side / (s.rest > 0.0 ? s.rest : 1.0);
+        return {true,
+                s.damping > 0.0,
+                s.side * tension_of(s, at),
+                INFINITY,
+                tolerance::solved * (s.stiffness + s.damping),
+                0.5 * scale * (at.length - s.rest) * (at.length + s.rest),
                 scale * at.length * at.rate};
     }
     const JointForce& f = forces_->joints[joints_[k]];
-    if (f.side == 0.0) return {INFINITY, 0.0};
+    const double torque = torque_of(f, q, v);
+    if (f.side == 0.0)
+        return {false, false, torque, f.limit, tolerance::solved * f.limit, INFINITY, 0.0};
     const double turns = f.is_circle ? std::cos(strain_of(f, q)) : 1.0;
-    return {sign * zone_of(f, q) + tolerance::solved, sign * f.side * v[f.v] * turns};
+    return {true,
+            f.damping > 0.0,
+            -f.side * torque,
+            INFINITY,
+            tolerance::solved * (f.stiffness + f.damping),
+            zone_of(f, q),
+            f.side * v[f.v] * turns};
+}
+
+void Kinks::set_sides(const Tree<double>& tree, const double* q, const double* v) {
+    for (int k = 0; k < count(); ++k) {
+        const Kinked at = this->at(k, tree, q, v);
+        if (at.is_one_sided)
+            side(k) = at.zone > 0.0 ? at.inside() : Side::out;
+        else
+            side(k) = at.force > at.limit    ? Side::upper
+                      : at.force < -at.limit ? Side::lower
+                                             : Side::acts;
+    }
+}
+
+void Kinks::change(const Tree<double>& tree, const double* q, const double* v) {
+    for (int k = 0; k < count(); ++k) {
+        const Kinked at = this->at(k, tree, q, v);
+        const auto [zone, rate] = this->zone(k, tree, q, v);
+        Side& own = side(k);
+        if (zone <= 3.0 * tolerance::solved && rate < 0.0) {
+            // The force tells of a damper that would pull at once.
+            own = own == Side::out ? at.inside() : Side::out;
+        } else if (margin(k, tree, q, v) <= 2.0 * at.beyond) {
+            if (at.is_one_sided)
+                own = own == Side::acts ? Side::slack : Side::acts;
+            else
+                own = own != Side::acts ? Side::acts : at.force > 0.0 ? Side::upper : Side::lower;
+        }
+    }
+}
+
+std::pair<double, double> Kinks::zone(int k, const Tree<double>& tree, const double* q,
+                                      const double* v) const {
+    const Kinked at = this->at(k, tree, q, v);
+    const double sign = side(k) == Side::out ? -1.0 : 1.0;
+    return {sign * at.zone + tolerance::solved, sign * at.rate};
 }
 
 double Kinks::margin(int k, const Tree<double>& tree, const double* q, const double* v) const {
+    const Kinked at = this->at(k, tree, q, v);
     const Side own = side(k);
-    if (k < static_cast<int>(joints_.size()) && forces_->joints[joints_[k]].side == 0.0) {
-        const JointForce& f = forces_->joints[joints_[k]];
-        const double torque = torque_of(f, q, v);
-        if (own == Side::upper) return torque - f.limit + beyond_of(k);
-        if (own == Side::lower) return -f.limit - torque + beyond_of(k);
-        return f.limit - std::abs(torque) + beyond_of(k);
+    if (!at.is_one_sided) {
+        if (own == Side::upper) return at.force - at.limit + at.beyond;
+        if (own == Side::lower) return -at.limit - at.force + at.beyond;
+        return at.limit - std::abs(at.force) + at.beyond;
     }
-    const double force = force_towards_side(k, tree, q, v);
-    if (own == Side::out || force == 0.0) return INFINITY;
-    return (own == Side::acts ? force : -force) + beyond_of(k);
+    if (own == Side::out || !at.is_damped || at.force == 0.0) return INFINITY;
+    return (own == Side::acts ? at.force : -at.force) + at.beyond;
 }
 
 void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,

@@ -96,10 +96,16 @@ class Kinks {
     Side of_spring(int i) const { return side_of_spring_[i]; }
 
   private:
-    Side side_at(int k, const Tree<double>& tree, const double* q, const double* v) const;
-    double force_towards_side(int k, const Tree<double>& tree, const double* q,
-                              const double* v) const;
-    double beyond_of(int k) const;
+    // A force at a state: of a one-sided spring towards its side, else its torque and its limit;
+    // by how much it goes beyond its kink; and how far a spring is within its zone.
+    struct Kinked {
+        bool is_one_sided, is_damped;
+        double force, limit, beyond, zone, rate;
+
+        // How a spring within its zone acts.
+        Side inside() const { return is_damped && force < 0.0 ? Side::slack : Side::acts; }
+    };
+    Kinked at(int k, const Tree<double>& tree, const double* q, const double* v) const;
     Side& side(int k);
     Side side(int k) const { return const_cast<Kinks*>(this)->side(k); }
 
