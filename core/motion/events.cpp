@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "contact/tolerances.hpp"
 #include "integrator/zero.hpp"
@@ -13,8 +14,8 @@ namespace {
 
 // Gaps may close between the nodes of a step so many times as fast as at them.
 constexpr double kFaster = 1.3;
-// Parts of a step at which it is looked at.
-constexpr double kNodes[] = {0.0, 0.25, 0.5, 0.75, 1.0};
+// Parts of a step after each of which it is looked at.
+constexpr int kLooks = 8;
 // Bodies turn no further than this [rad] between two looks at them.
 constexpr double kSeen = 0.7;
 constexpr int kMostAdvances = 400;
@@ -135,40 +136,34 @@ GapState Motion::gap_here(int gap, Ahead* ahead) {
     return found;
 }
 
-GapState Motion::gap_at(const Step& step, int gap, double at, Ahead* ahead) {
-    set_state(step, at);
-    return gap_here(gap, ahead);
+// A function that is followed at the tree's state.
+GapState Motion::followed(const EventFunction& f, Ahead* ahead) {
+    if (f.kind == EventFunction::gap_closes) return gap_here(f.index, ahead);
+    GapState found;
+    std::tie(found.gap, found.rate) =
+        dynamics_.kinks.zone(f.index, dynamics_.tree, here_.data(), here_.data() + nq());
+    found.bound = std::abs(found.rate);
+    return found;
 }
 
-double Motion::first_closing(const Step& step, int gap, const GapState* nodes, double until,
-                             double& unsure) {
-    const ContactGaps& gaps = dynamics_.contact_gaps;
-    const bool smooth = !gaps.gaps()[gap].of_bodies();
+// When a function falls to zero, followed from its values at the start, the middle and the end.
+double Motion::first_zero_of(const EventFunction& f, const Step& step, const GapState* nodes,
+                             double until, double& unsure) {
     const double span = step.end - step.start;
     if (stays_open(nodes, span)) return INFINITY;
+    const ContactGaps& gaps = dynamics_.contact_gaps;
+    const bool smooth = f.kind == EventFunction::force_enters || !gaps.gaps()[f.index].of_bodies();
     Ahead ahead{0.0, 0.0};
     for (int i = 0; i < 2 && !smooth; ++i)
         ahead.acceleration =
             std::max(ahead.acceleration,
-                     gaps.acceleration(gaps.gaps()[gap], nodes[i], nodes[i + 1], 0.5 * span));
-    const auto measure = [&](double at) { return gap_at(step, gap, at, &ahead); };
+                     gaps.acceleration(gaps.gaps()[f.index], nodes[i], nodes[i + 1], 0.5 * span));
+    const auto measure = [&](double at) {
+        set_state(step, at);
+        return followed(f, &ahead);
+    };
     return first_zero(step, until, smooth, nodes, smooth ? nodes[0] : measure(step.start), measure,
                       unsure);
-}
-
-// When bodies that rest on each other come down elsewhere: their gap, which is none where they
-// rest, is below that.
-double Motion::first_elsewhere(const Step& step, int gap, double until) {
-    const auto value_at = [&](double at) { return gap_at(step, gap, at).gap + kWaver; };
-    double left = step.start, value = value_at(left);
-    for (int i = 1; i < 9 && left < until; ++i) {
-        const double right = std::min(step.start + 0.125 * i * (step.end - step.start), until);
-        const double next = value_at(right);
-        if (value > 0.0 && next < 0.0) return zero_between(left, value, right, next, value_at);
-        left = right;
-        value = next;
-    }
-    return INFINITY;
 }
 
 // All that may happen in a step from here.
@@ -204,14 +199,15 @@ std::vector<EventFunction> Motion::event_functions() const {
     return found;
 }
 
-// The value of an event function of forces, joints or points at the tree's state; `u`: of its
-// point.
-double Motion::margin(const EventFunction& f, const Spatial<double>& u) const {
+// The value of a function at the tree's state; `u`: velocity of its point.
+double Motion::margin(const EventFunction& f, const Spatial<double>& u) {
     const double *q = here_.data(), *v = q + nq(), torn = tolerance::torn * dynamics_.size;
     const RestingContact* point = f.is_of_point() ? &now.rest.points[f.index] : nullptr;
     switch (f.kind) {
         case EventFunction::force_bends:
             return dynamics_.kinks.margin(f.index, dynamics_.tree, q, v);
+        case EventFunction::touches_elsewhere:
+            return gap_here(f.index).gap + kWaver;
         case EventFunction::joint_stops:
             return now.rest.dry[f.index] * v[scene_->dry[f.index].v];
         case EventFunction::joint_starts:
@@ -265,85 +261,56 @@ void Motion::margins(const std::vector<EventFunction>& functions, const Step& st
     }
 }
 
-// When the zone of a force with a kink begins or ends.
-double Motion::first_zone(const Step& step, int kink, double until) {
-    const auto measure = [&](double at) {
-        set_state(step, at);
-        const auto [value, rate] =
-            dynamics_.kinks.zone(kink, dynamics_.tree, here_.data(), here_.data() + nq());
-        GapState found;
-        found.gap = value, found.rate = rate, found.bound = std::abs(rate);
-        return found;
-    };
-    const GapState nodes[] = {measure(step.start), measure(0.5 * (step.start + step.end)),
-                              measure(step.end)};
-    if (!(nodes[0].gap < INFINITY) || stays_open(nodes, step.end - step.start)) return INFINITY;
-    double unsure = INFINITY;
-    return std::min(first_zero(step, until, true, nodes, nodes[0], measure, unsure), unsure);
-}
-
-// The first of the functions of forces, joints and points that falls to zero.
-double Motion::first_change(const std::vector<EventFunction>& functions, const Step& step,
-                            double until) {
-    if (functions.empty()) return INFINITY;
-    double zone = INFINITY;
-    for (const EventFunction& f : functions)
-        if (f.kind == EventFunction::force_enters)
-            zone = std::min(zone, first_zone(step, f.index, until));
-    until = std::min(until, zone);
+// The first of several functions that falls to zero between nodes before `until`.
+Event Motion::first_change(const std::vector<EventFunction>& functions, const Step& step,
+                           double until) {
+    Event first{{}, INFINITY};
+    if (functions.empty()) return first;
     std::vector<double> before, after, trial;
     double left = step.start;
     margins(functions, step, left, before);
-    for (int i = 1; i < 5; ++i) {
-        const double right = step.start + kNodes[i] * (until - step.start);
+    for (int i = 1; i <= kLooks && first.t == INFINITY; ++i) {
+        const double right = step.start + i * (until - step.start) / kLooks;
         margins(functions, step, right, after);
-        double first = INFINITY;
         for (std::size_t k = 0; k < after.size(); ++k) {
-            if (!(after[k] < 0.0)) continue;
-            if (!(before[k] > 0.0)) {
-                // A margin that began at zero has turned the other way.
-                if (i == 1 && after[k] < before[k]) first = std::min(first, left);
-                continue;
-            }
-            if (std::isinf(before[k])) continue;
-            first = std::min(first, zero_between(left, before[k], std::min(right, first), after[k],
-                                                 [&](double x) {
-                                                     margins({functions[k]}, step, x, trial);
-                                                     return trial[0];
-                                                 }));
+            if (!(after[k] < 0.0) || std::isinf(before[k])) continue;
+            double at = INFINITY;
+            if (before[k] > 0.0)
+                at = zero_between(left, before[k], std::min(right, first.t), after[k],
+                                  [&](double x) {
+                                      margins({functions[k]}, step, x, trial);
+                                      return trial[0];
+                                  });
+            else if (i == 1 && after[k] < before[k])
+                at = left;  // A margin that began at zero has turned the other way.
+            if (at < first.t) first = {functions[k], at};
         }
-        if (first < INFINITY) return first;
         left = right;
         before.swap(after);
     }
-    return zone;
+    return first;
 }
 
 Event Motion::first_event(const Step& step) {
-    Event event;
-    event.t = step.end;
-    std::vector<EventFunction> changes, gaps;
-    for (const EventFunction& f : event_functions()) (f.is_of_gap() ? gaps : changes).push_back(f);
-    std::vector<GapState> nodes(3 * gaps.size());
+    Event event{{}, step.end};
+    std::vector<EventFunction> changes, followed;
+    for (const EventFunction& f : event_functions())
+        (f.is_followed() ? followed : changes).push_back(f);
+    std::vector<GapState> nodes(3 * followed.size());
     for (int i = 0; i < 3; ++i) {
         set_state(step, step.start + 0.5 * i * (step.end - step.start));
-        for (std::size_t k = 0; k < gaps.size(); ++k)
-            if (gaps[k].kind == EventFunction::gap_closes)
-                nodes[3 * k + i] = gap_here(gaps[k].index);
+        for (std::size_t k = 0; k < followed.size(); ++k)
+            nodes[3 * k + i] = this->followed(followed[k]);
     }
-    for (std::size_t k = 0; k < gaps.size(); ++k) {
+    for (std::size_t k = 0; k < followed.size(); ++k) {
         double unsure = INFINITY;
-        const int gap = gaps[k].index;
-        const bool closes = gaps[k].kind == EventFunction::gap_closes;
-        const double at = closes ? first_closing(step, gap, &nodes[3 * k], event.t, unsure)
-                                 : first_elsewhere(step, gap, event.t);
-        if (unsure < event.t) event = {Event::is_unsure, unsure, -1};
-        if (at < event.t || (at == event.t && event.kind == Event::none && at < INFINITY))
-            event = {closes ? Event::closes : Event::elsewhere, at, gap};
+        const double at = first_zero_of(followed[k], step, &nodes[3 * k], event.t, unsure);
+        if (unsure < event.t) event = {{EventFunction::unsure, -1}, unsure};
+        if (at < event.t || (at == event.t && event.what.kind == EventFunction::none))
+            event = {followed[k], at};
     }
-    const double change = first_change(changes, step, event.t);
-    if (change < event.t) event = {Event::changes, change, -1};
-    return event;
+    const Event change = first_change(changes, step, event.t);
+    return change.t < event.t ? change : event;
 }
 
 // Slip that has stopped at y keeps still, unless the law of rest lets it go.
@@ -366,8 +333,8 @@ void Motion::stop_slips() {
         if (now.rest.dry[j] * v[scene_->dry[j].v] <= none) now.rest.dry[j] = 0;
 }
 
-// The gaps that close at y together with that of an event; passing contacts begin or end.
-std::vector<int> Motion::gaps_that_close(const Event& event) {
+// The gaps that close now together with one; passing contacts begin or end.
+std::vector<int> Motion::gaps_that_close(int gap) {
     std::vector<int> closing;
     const auto& gaps = dynamics_.contact_gaps.gaps();
     for (std::size_t i = 0; i < gaps.size(); ++i) {
@@ -376,7 +343,7 @@ std::vector<int> Motion::gaps_that_close(const Event& event) {
             dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v());
         const double sign = passing_[i] ? -1.0 : 1.0;
         const bool closes =
-            static_cast<int>(i) == event.gap ||
+            static_cast<int>(i) == gap ||
             (sign * found.rate < 0.0 &&
              sign * (found.gap - base_[i]) <= -sign * found.rate * settings_.together);
         if (!closes) continue;
@@ -396,17 +363,19 @@ std::vector<int> Motion::gaps_that_close(const Event& event) {
 // Deal with the event that ends a step at y; false where the motion cannot go on.
 bool Motion::handle(const Event& event) {
     set_state();
-    if (event.kind == Event::is_unsure) return update_rest();
-    if (event.kind == Event::changes) {
-        if (!dynamics_.kinks.empty()) dynamics_.kinks.change(dynamics_.tree, now.q(), now.v());
-        stop_slips();
-        return update_rest();
+    const EventFunction& what = event.what;
+    if (what.kind == EventFunction::touches_elsewhere) return close_gaps({what.index});
+    if (what.kind == EventFunction::gap_closes) {
+        const std::vector<int> closing = gaps_that_close(what.index);
+        if (!closing.empty()) return close_gaps(closing);
+        restart();
+        return ended == Ended::not_yet;
     }
-    if (event.kind == Event::elsewhere) return close_gaps({event.gap});
-    const std::vector<int> closing = gaps_that_close(event);
-    if (!closing.empty()) return close_gaps(closing);
-    restart();
-    return ended == Ended::not_yet;
+    if (what.kind != EventFunction::unsure) {
+        dynamics_.kinks.change(dynamics_.tree, now.q(), now.v());
+        stop_slips();
+    }
+    return update_rest();
 }
 
 }  // namespace impulsekit

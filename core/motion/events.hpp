@@ -8,10 +8,12 @@ namespace impulsekit {
 // point.
 struct EventFunction {
     enum Kind {
+        none,
+        unsure,             // nothing is known of what follows: the step ends here
         gap_closes,         // of what does not rest: an impact, or it begins to count
-        touches_elsewhere,  // of bodies that rest: where they do not
         force_enters,       // or leaves, its zone
         force_bends,        // its limit, or its damper's
+        touches_elsewhere,  // of bodies that rest: an impact where they do not
         joint_stops,        // dry friction
         joint_starts,
         slip_stops,
@@ -21,27 +23,20 @@ struct EventFunction {
         point_leaves,  // its face or edges
         point_tears,   // off what holds it: static friction, or a pull
     };
-    Kind kind = gap_closes;
-    int index = 0;
+    Kind kind = none;
+    int index = -1;
 
-    bool is_of_gap() const { return kind == gap_closes || kind == touches_elsewhere; }
+    // True if no zero of it may be missed: it is followed by bounds of how fast it falls.
+    bool is_followed() const { return kind == gap_closes || kind == force_enters; }
     bool is_of_point() const { return kind >= slip_stops; }
     // True if it needs accelerations at the state.
     bool needs_rates() const { return kind == joint_starts || kind == point_tears; }
 };
 
-// The first of them in a step, by what follows from it.
+// The first of them in a step.
 struct Event {
-    enum Kind {
-        none,
-        closes,     // gaps close: an impact
-        elsewhere,  // bodies that rest touch at other points: an impact
-        changes,    // forces, slips and what rests change
-        is_unsure,  // nothing is known of what follows: the step ends here
-    };
-    Kind kind = none;
+    EventFunction what;
     double t = 0.0;
-    int gap = -1;
 };
 
 }  // namespace impulsekit

@@ -167,7 +167,7 @@ void Motion::rewind(double at) {
                 !dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v()) &&
                 dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v()).gap < 0.0;
     rebase();
-    if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
+    dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     begin_stretch();
     restart();
 }
@@ -257,7 +257,8 @@ void Motion::begin_stretch() {
 // When a gap closes by a step that was made anew up to there, by one step of Newton's method: the
 // polynomial by which the time was found is a hundred times less accurate.
 double Motion::sharpened(const Step& step, int gap) {
-    const GapState at = gap_at(step, gap, step.end);
+    set_state(step, step.end);
+    const GapState at = gap_here(gap);
     const double change = at.rate < 0.0 ? at.gap / -at.rate : 0.0;
     return std::abs(change) < kSharpened * step.length ? step.end + change : step.end;
 }
@@ -310,14 +311,15 @@ bool Motion::advance(double until) {
     micro_bounce_ = 0.0;
     const int evaluations = dynamics_.evaluations;
     const Event event = first_event(step);
-    if (event.kind != Event::none) {
+    if (event.what.kind != EventFunction::none) {
         Step cut;
         now = before;
         if (event.t > step.start && event.t < step.end && stepper_.shortened(f, step, event.t, cut))
             step = cut;
         else
             step.end = std::max(event.t, step.start);
-        if (event.kind == Event::closes) step.end = sharpened(step, event.gap);
+        if (event.what.kind == EventFunction::gap_closes)
+            step.end = sharpened(step, event.what.index);
         step.at(step.end, now.q());
         normalize(now.q());
         now.t = step.end;

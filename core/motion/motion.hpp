@@ -131,20 +131,17 @@ class Motion {
     Event first_event(const Step& step);
     double sharpened(const Step& step, int gap);
     GapState gap_here(int gap, Ahead* ahead = nullptr);
-    GapState gap_at(const Step& step, int gap, double at, Ahead* ahead = nullptr);
-    double first_elsewhere(const Step& step, int gap, double until);
-    double first_closing(const Step& step, int gap, const GapState* nodes, double until,
-                         double& unsure);
+    GapState followed(const EventFunction& f, Ahead* ahead = nullptr);
+    double first_zero_of(const EventFunction& f, const Step& step, const GapState* nodes,
+                         double until, double& unsure);
     std::vector<EventFunction> event_functions() const;
-    double margin(const EventFunction& f, const Spatial<double>& u) const;
+    double margin(const EventFunction& f, const Spatial<double>& u);
     void margins(const std::vector<EventFunction>& functions, const Step& step, double at,
                  std::vector<double>& found);
-    double first_zone(const Step& step, int kink, double until);
-    double first_change(const std::vector<EventFunction>& functions, const Step& step,
-                        double until);
+    Event first_change(const std::vector<EventFunction>& functions, const Step& step, double until);
     bool handle(const Event& event);
     void stop_slips();
-    std::vector<int> gaps_that_close(const Event& event);
+    std::vector<int> gaps_that_close(int gap);
 
     // Impacts.
     bool is_driven_off();

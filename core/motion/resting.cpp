@@ -72,7 +72,7 @@ void Motion::begin(const double* v, const std::vector<int>& contact_gaps) {
     set_state();
     if (dynamics_.constraints.rows() > 0)
         dynamics_.constraints.start(dynamics_.tree, now.q(), now.v());
-    if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
+    dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     rebase();
     // Slip that was given is kept, be it below the capture speed.
     find_resting_contacts(points_of_gaps(contact_gaps), false, kNoSlip);
@@ -103,7 +103,7 @@ bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates
     end_rests(before);
     if (lay && !now.rest.points.empty()) correct_drift(true);
     rebase();
-    if (!dynamics_.kinks.empty()) dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
+    dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     if (!find_slip_states(no_slip)) return false;
     const std::vector<RestingContact> low = micro_bounces(parted);
     if (low.empty()) return true;
