@@ -191,14 +191,6 @@ void run_to_impact(Motion& motion, double until, double horizon) {
               [&] { return motion.impacts.size() == known && motion.now.t < until; });
 }
 
-std::vector<GapAt> gaps_closed_at_start(Motion& motion) {
-    std::vector<GapAt> found;
-    for (const auto& [gap, state] : motion.gaps_closed_at_start())
-        found.push_back(
-            {gap, motion.dynamics().contact_gaps.gaps()[gap].entry, state.gap, state.rate});
-    return found;
-}
-
 bool is_struck_at_start(Motion& motion, const std::vector<int>& gaps) {
     for (int gap : gaps) check_gap(motion.dynamics(), gap);
     return motion.is_struck_at_start(gaps);
@@ -266,7 +258,7 @@ void bind_motion(nb::module_& module) {
             },
             nb::arg("scene"), nb::arg("settings"), nb::arg("q"), nb::arg("v"),
             nb::keep_alive<1, 2>())
-        .def("gaps_closed_at_start", &gaps_closed_at_start)
+        .def("gaps_closed_at_start", &Motion::gaps_closed_at_start)
         .def("is_struck_at_start", &is_struck_at_start, nb::arg("gaps"))
         .def("begin", &begin, nb::arg("v"), nb::arg("gaps"))
         .def(

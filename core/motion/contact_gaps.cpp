@@ -394,19 +394,16 @@ FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact
 Spatial<double> ContactGaps::velocity(const Tree<double>& tree, const RestingContact& point,
                                       const double* q, const double* v) const {
     const Gap& gap = gaps_[point.gap];
-    Spatial<double> u;
-    if (gap.kind == Contact::stop) {
-        u.linear.z = gap.sign * v[contact_of(gap).v];
-    } else if (gap.kind == Contact::functions) {
+    if (gap.kind == Contact::stop || gap.kind == Contact::functions) {
         const int nv = scene_->model->nv;
         const Arena::Scope scope(scratch());
-        double* own = scratch().allocate(1 + 3 * nv);
-        functions_.rows(gap.function, q, own);
-        u.linear = {dot(own + 1, v, nv), dot(own + 1 + nv, v, nv), dot(own + 1 + 2 * nv, v, nv)};
-    } else {
-        u = relative_velocity(tree, spot(tree, point, false));
-        if (gap.kind == Contact::rope) u.linear.x = u.linear.y = 0.0;
+        double* J = scratch().allocate(3 * nv);
+        rows(tree, point, q, v, {J});
+        return {{dot<double>(J, v, nv), dot<double>(J + nv, v, nv), dot<double>(J + 2 * nv, v, nv)},
+                {}};
     }
+    Spatial<double> u = relative_velocity(tree, spot(tree, point, false));
+    if (gap.kind == Contact::rope) u.linear.x = u.linear.y = 0.0;
     return u;
 }
 

@@ -49,6 +49,12 @@ struct GapState {
     Vec velocity, spin;            // of a body of points, in the frame of the other
 };
 
+// A gap at a state.
+struct GapAt {
+    int gap = 0, entry = 0;
+    double value = 0.0, rate = 0.0;
+};
+
 // For which time a gap surely stays open: what it counts from [m], and the largest acceleration of
 // points of one body in the frame of the other [m/s²].
 struct Ahead {

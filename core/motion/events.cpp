@@ -14,8 +14,9 @@ namespace {
 
 // Gaps may close between the nodes of a step so many times as fast as at them.
 constexpr double kFaster = 1.3;
-// Parts of a step after each of which it is looked at.
-constexpr int kLooks = 8;
+// So often in a step bodies that rest are looked at for other points, and all else that is not
+// followed: rounding of the polynomial within a step is no event.
+constexpr int kLooksElsewhere = 8, kLooks = 4;
 // Bodies turn no further than this [rad] between two looks at them.
 constexpr double kSeen = 0.7;
 constexpr int kMostAdvances = 400;
@@ -25,21 +26,18 @@ constexpr double kShort = 0.9;
 // Below this distance [m] nothing is thin enough to be passed.
 constexpr double kNear = 1e-7;
 
-// A part of a step: the states of a gap at its ends, and bounds of how it moves between. `bend`: of
-// a smooth rate; 0 for none. `change`: by how much the rate seems to change in a second.
-struct Part {
-    double begin, end;
-    GapState left, right;
-    double fastest, bend, change;
-};
-
-// The first zero of a gap in a part of a step before `until`.
+// The first zero of a gap before `until` in a part of a step, from its states at both ends.
 template <typename Measure>
-double advance_to_zero(Measure measure, const Part& part, double until, double& unsure) {
-    const auto [begin, end, left, right, fastest, bend, change] = part;
+double advance_to_zero(Measure measure, double begin, const GapState& left, double end,
+                       const GapState& right, bool smooth, double until, double& unsure) {
     double at = begin;
     GapState now = left;
-    const double least = 1e-5 * (until - at);
+    const bool is_rough = left.is_rough || right.is_rough;
+    // By how much the rate seems to change in a second; a smooth one surely does no more.
+    const double change =
+        is_rough ? INFINITY : 2.0 * std::abs(right.rate - left.rate) / (end - begin);
+    const double bend = smooth && !is_rough ? change : 0.0, least = 1e-5 * (until - at),
+                 fastest = kFaster * std::max(left.bound, right.bound) + tolerance::tiny;
     double last = 0.0;
     for (int count = 0; at < until; ++count) {
         if (count == kMostAdvances) {
@@ -101,16 +99,8 @@ double first_zero(const Step& step, double until, bool smooth, const GapState* n
         const double begin = step.start + i * length, end = begin + length;
         if (begin >= until) break;
         const GapState right = measure(end);
-        const double bend = 2.0 * std::abs(right.rate - left.rate) / length;
-        const bool is_rough = left.is_rough || right.is_rough;
-        const Part part{begin,
-                        end,
-                        left,
-                        right,
-                        kFaster * std::max(left.bound, right.bound) + tolerance::tiny,
-                        smooth && !is_rough ? bend : 0.0,
-                        is_rough ? INFINITY : bend};
-        const double found = advance_to_zero(measure, part, std::min(end, until), unsure);
+        const double found =
+            advance_to_zero(measure, begin, left, end, right, smooth, std::min(end, until), unsure);
         if (found < INFINITY || unsure < INFINITY) return found;
         left = right;
     }
@@ -126,13 +116,12 @@ bool stays_open(const GapState* nodes, double span) {
 }  // namespace
 
 // A gap at the tree's state, from what counts as closed; of passing contacts how deep they are.
-GapState Motion::gap_here(int gap, Ahead* ahead) {
-    if (ahead) ahead->base = base_[gap];
-    GapState found =
-        dynamics_.contact_gaps.measure(dynamics_.tree, dynamics_.contact_gaps.gaps()[gap],
-                                       here_.data(), here_.data() + nq(), ahead);
-    found.gap -= base_[gap];
-    if (passing_[gap]) found.gap = -found.gap, found.rate = -found.rate, found.free = 0.0;
+GapState Motion::gap_here(int i, Ahead* ahead) {
+    if (ahead) ahead->base = base_[i];
+    GapState found = dynamics_.contact_gaps.measure(dynamics_.tree, gap(i), here_.data(),
+                                                    here_.data() + nq(), ahead);
+    found.gap -= base_[i];
+    if (passing_[i]) found.gap = -found.gap, found.rate = -found.rate, found.free = 0.0;
     return found;
 }
 
@@ -172,11 +161,10 @@ std::vector<EventFunction> Motion::event_functions() const {
     const auto add = [&](EventFunction::Kind kind, std::size_t index) {
         found.push_back({kind, static_cast<int>(index)});
     };
-    const std::vector<Gap>& gaps = dynamics_.contact_gaps.gaps();
-    for (std::size_t i = 0; i < gaps.size(); ++i) {
-        if (!now.rest.rests_on(static_cast<int>(i)))
+    for (int i = 0; i < gap_count(); ++i) {
+        if (!now.rest.rests_on(i))
             add(EventFunction::gap_closes, i);
-        else if (gaps[i].of_bodies())
+        else if (gap(i).of_bodies())
             add(EventFunction::touches_elsewhere, i);
     }
     for (int k = 0; k < dynamics_.kinks.count(); ++k) {
@@ -187,14 +175,15 @@ std::vector<EventFunction> Motion::event_functions() const {
         add(now.rest.dry[j] == 0 ? EventFunction::joint_starts : EventFunction::joint_stops, j);
     for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
         const RestingContact& point = now.rest.points[i];
-        const int entry = gaps[point.gap].entry;
+        const int entry = gap(point.gap).entry;
+        const bool turns = gap(point.gap).turns;
         if (pull_on(entry) > 0.0 || (dynamics_.has_drop(entry) && !point.slip.moves))
             add(EventFunction::point_tears, i);
         if (point.slip.moves) add(EventFunction::slip_stops, i);
         add(EventFunction::point_lifts, i);
         add(EventFunction::point_leaves, i);
-        if (gaps[point.gap].turns && point.roll.moves) add(EventFunction::roll_stops, i);
-        if (gaps[point.gap].turns && point.spin.moves) add(EventFunction::spin_stops, i);
+        if (turns && point.roll.moves) add(EventFunction::roll_stops, i);
+        if (turns && point.spin.moves) add(EventFunction::spin_stops, i);
     }
     return found;
 }
@@ -227,7 +216,7 @@ double Motion::margin(const EventFunction& f, const Spatial<double>& u) {
         }
         case EventFunction::point_tears: {
             const double* rate = dynamics_.rate.data() + 3 * f.index;
-            const int entry = dynamics_.contact_gaps.gaps()[point->gap].entry;
+            const int entry = gap(point->gap).entry;
             const bool drops = dynamics_.has_drop(entry) && !point->slip.moves;
             return std::min(drops ? torn - std::hypot(rate[0], rate[1]) : 1.0,
                             pull_on(entry) > 0.0 ? kParted * dynamics_.size - rate[2] : 1.0);
@@ -261,16 +250,16 @@ void Motion::margins(const std::vector<EventFunction>& functions, const Step& st
     }
 }
 
-// The first of several functions that falls to zero between nodes before `until`.
-Event Motion::first_change(const std::vector<EventFunction>& functions, const Step& step,
+// The first of several functions that falls to zero between so many looks before `until`.
+Event Motion::first_change(const std::vector<EventFunction>& functions, int looks, const Step& step,
                            double until) {
     Event first{{}, INFINITY};
     if (functions.empty()) return first;
     std::vector<double> before, after, trial;
     double left = step.start;
     margins(functions, step, left, before);
-    for (int i = 1; i <= kLooks && first.t == INFINITY; ++i) {
-        const double right = step.start + i * (until - step.start) / kLooks;
+    for (int i = 1; i <= looks && first.t == INFINITY; ++i) {
+        const double right = step.start + i * (until - step.start) / looks;
         margins(functions, step, right, after);
         for (std::size_t k = 0; k < after.size(); ++k) {
             if (!(after[k] < 0.0) || std::isinf(before[k])) continue;
@@ -293,9 +282,12 @@ Event Motion::first_change(const std::vector<EventFunction>& functions, const St
 
 Event Motion::first_event(const Step& step) {
     Event event{{}, step.end};
-    std::vector<EventFunction> changes, followed;
+    std::vector<EventFunction> followed, elsewhere, changes;
     for (const EventFunction& f : event_functions())
-        (f.is_followed() ? followed : changes).push_back(f);
+        (f.is_followed()                              ? followed
+         : f.kind == EventFunction::touches_elsewhere ? elsewhere
+                                                      : changes)
+            .push_back(f);
     std::vector<GapState> nodes(3 * followed.size());
     for (int i = 0; i < 3; ++i) {
         set_state(step, step.start + 0.5 * i * (step.end - step.start));
@@ -309,7 +301,9 @@ Event Motion::first_event(const Step& step) {
         if (at < event.t || (at == event.t && event.what.kind == EventFunction::none))
             event = {followed[k], at};
     }
-    const Event change = first_change(changes, step, event.t);
+    const Event touch = first_change(elsewhere, kLooksElsewhere, step, event.t);
+    if (touch.t < event.t) event = touch;
+    const Event change = first_change(changes, kLooks, step, event.t);
     return change.t < event.t ? change : event;
 }
 
@@ -325,7 +319,7 @@ void Motion::stop_slips() {
     for (RestingContact& point : now.rest.points) {
         const Spatial<double> u = velocity_of(point, now.q());
         stop(point.slip, u.linear.x, u.linear.y);
-        if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
+        if (!gap(point.gap).turns) continue;
         stop(point.roll, u.angular.x, u.angular.y);
         stop(point.spin, u.angular.z, 0.0);
     }
@@ -336,26 +330,19 @@ void Motion::stop_slips() {
 // The gaps that close now together with one; passing contacts begin or end.
 std::vector<int> Motion::gaps_that_close(int gap) {
     std::vector<int> closing;
-    const auto& gaps = dynamics_.contact_gaps.gaps();
-    for (std::size_t i = 0; i < gaps.size(); ++i) {
-        if (now.rest.rests_on(static_cast<int>(i))) continue;
-        const GapState found =
-            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v());
-        const double sign = passing_[i] ? -1.0 : 1.0;
+    for (int i = 0; i < gap_count(); ++i) {
+        if (now.rest.rests_on(i)) continue;
+        const GapState found = gap_now(i);
+        const double sign = passing_[i] ? -1.0 : 1.0, rate = sign * found.rate;
         const bool closes =
-            static_cast<int>(i) == gap ||
-            (sign * found.rate < 0.0 &&
-             sign * (found.gap - base_[i]) <= -sign * found.rate * settings_.together);
-        if (!closes) continue;
-        if (passing_[i]) {
-            passing_[i] = 0;
-            base_[i] = 0.0;
-        } else if (dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v())) {
-            closing.push_back(static_cast<int>(i));
-        } else {
-            passing_[i] = 1;
-            base_[i] = 0.0;
+            rate < 0.0 && sign * (found.gap - base_[i]) <= -rate * settings_.together;
+        if (i != gap && !closes) continue;
+        if (!passing_[i] && counts_now(i)) {
+            closing.push_back(i);
+            continue;
         }
+        passing_[i] = !passing_[i];
+        base_[i] = 0.0;
     }
     return closing;
 }

@@ -81,7 +81,6 @@ struct Forces {
 class Kinks {
   public:
     explicit Kinks(const Forces& forces);
-    bool empty() const { return joints_.empty() && springs_.empty(); }
     int count() const { return static_cast<int>(joints_.size() + springs_.size()); }
     // Sides as a state has them; the tree with places and twists.
     void set_sides(const Tree<double>& tree, const double* q, const double* v);

@@ -118,8 +118,7 @@ std::vector<double> ForcesOfMotion::row_velocities(const double* q, const double
     dynamics_.constraints.fill_rows(dynamics_.tree, q);
     std::vector<double> found(dynamics_.constraints.rows());
     for (std::size_t r = 0; r < found.size(); ++r)
-        for (int i = 0; i < model_.nv; ++i)
-            found[r] += dynamics_.constraints.A()[r * model_.nv + i] * v[i];
+        found[r] = dot(dynamics_.constraints.A() + r * model_.nv, v, model_.nv);
     return found;
 }
 

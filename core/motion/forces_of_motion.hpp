@@ -20,12 +20,6 @@ struct ForcesAt {
     std::vector<double> dry;  // torques of joints with dry friction
 };
 
-// A gap at a state.
-struct GapAt {
-    int gap = 0, entry = 0;
-    double value = 0.0, rate = 0.0;
-};
-
 // The share that one entry of a scene's forces gives: torques (nv), and wrenches (bodies, 6) about
 // the origins of bodies in world axes.
 struct ForceShare {

@@ -47,17 +47,16 @@ std::vector<RestingContact> Motion::points_of_gaps(const std::vector<int>& gaps)
 
 // (3 (points + turning), nv) rows of points at the tree's state, then of the turning of some.
 std::vector<double> Motion::rows_of(const std::vector<RestingContact>& points) {
-    const std::vector<Gap>& gaps = dynamics_.contact_gaps.gaps();
     const auto turning = std::count_if(points.begin(), points.end(),
-                                       [&](const RestingContact& p) { return gaps[p.gap].turns; });
+                                       [&](const RestingContact& p) { return gap(p.gap).turns; });
     const std::size_t block = 3 * nv();
     std::vector<double> J((points.size() + turning) * block);
     double *to = J.data(), *turns = to + points.size() * block;
     for (const RestingContact& point : points) {
         dynamics_.contact_gaps.rows(dynamics_.tree, point, now.q(), now.v(),
-                                    {to, gaps[point.gap].turns ? turns : nullptr});
+                                    {to, gap(point.gap).turns ? turns : nullptr});
         to += block;
-        if (gaps[point.gap].turns) turns += block;
+        if (gap(point.gap).turns) turns += block;
     }
     return J;
 }
@@ -82,7 +81,7 @@ SceneImpact Motion::solve(const std::vector<RestingContact>& points, const std::
     std::vector<char> only(scene.contacts.size());
     std::vector<std::pair<int, Feature>> features;
     for (const RestingContact& point : points) {
-        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        const Gap& gap = this->gap(point.gap);
         only[gap.entry] = 1;
         if (gap.kind == Contact::shapes) features.emplace_back(gap.entry, point.feature);
     }
@@ -130,7 +129,7 @@ bool Motion::close_gaps(const std::vector<int>& closing) {
     for (const RestingContact& point : points) {
         if (std::find(closing.begin(), closing.end(), point.gap) == closing.end()) continue;
         approach = std::max(approach, -velocity_of(point, now.q()).linear.z);
-        capture = std::max(capture, dynamics_.contact_gaps.gaps()[point.gap].capture);
+        capture = std::max(capture, gap(point.gap).capture);
     }
     for (int gap : closing) count_soft_impact(gap, approach < capture);
     if (!(approach > 0.0)) {

@@ -43,10 +43,9 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
     now.nq = nq();
     now.rate.assign(now.y.size(), 0.0);
     here_.assign(now.y.size(), 0.0);
-    const std::size_t gaps = dynamics_.contact_gaps.gaps().size();
-    base_.assign(gaps, 0.0);
-    passing_.assign(gaps, 0);
-    soft_.assign(gaps, {0, -1.0});
+    base_.assign(gap_count(), 0.0);
+    passing_.assign(gap_count(), 0);
+    soft_.assign(gap_count(), {0, -1.0});
     now.rest.dry.assign(scene_->dry.size(), 0);
     slow_ = std::max(kNoSlip, settings_.capture_speed);
     dynamics_.slow = kGrown * slow_;
@@ -85,6 +84,15 @@ Spatial<double> Motion::velocity_of(const RestingContact& point, const double* s
 
 // The largest velocity [m/s, rad/s].
 double Motion::fastest() const { return largest(now.v(), nv()); }
+
+// A gap now, and whether it counts; the tree with places and twists.
+GapState Motion::gap_now(int i) const {
+    return dynamics_.contact_gaps.measure(dynamics_.tree, gap(i), now.q(), now.v());
+}
+
+bool Motion::counts_now(int i) const {
+    return dynamics_.contact_gaps.counts(gap(i), now.q(), now.v());
+}
 
 // Places and twists of now.
 void Motion::set_state() { dynamics_.set_state(now.q(), now.v()); }
@@ -160,12 +168,8 @@ void Motion::rewind(double at) {
     for (auto& [count, last_met] : soft_)
         if (last_met > at) count = 0, last_met = -1.0;
     set_state();
-    const auto& gaps = dynamics_.contact_gaps.gaps();
-    for (std::size_t i = 0; i < gaps.size(); ++i)
-        if (gaps[i].has_condition)
-            passing_[i] =
-                !dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v()) &&
-                dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v()).gap < 0.0;
+    for (int i = 0; i < gap_count(); ++i)
+        if (gap(i).has_condition) passing_[i] = !counts_now(i) && gap_now(i).gap < 0.0;
     rebase();
     dynamics_.kinks.set_sides(dynamics_.tree, now.q(), now.v());
     begin_stretch();
@@ -365,7 +369,7 @@ void Motion::refuse_hopeless(int made) {
 std::vector<RestInterval> Motion::resting() const {
     std::vector<RestInterval> found;
     for (const RestingContact& point : now.rest.points) {
-        const int entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
+        const int entry = gap(point.gap).entry;
         const auto known = std::find_if(found.begin(), found.end(),
                                         [&](const RestInterval& r) { return r.entry == entry; });
         if (known == found.end())

@@ -65,7 +65,7 @@ class Motion {
            const double* v);
 
     // The gaps that are closed at the start, and their values and rates.
-    std::vector<std::pair<int, GapState>> gaps_closed_at_start();
+    std::vector<GapAt> gaps_closed_at_start();
     // True if there is an impact at the start without known impulses: one of these gaps closes, or
     // a constraint prescribes another velocity than it has.
     bool is_struck_at_start(const std::vector<int>& closed);
@@ -111,6 +111,10 @@ class Motion {
     bool rate(double at, const double* y, double* rate);
     bool set_state(const Step& step, double at);
     Spatial<double> velocity_of(const RestingContact& point, const double* state) const;
+    const Gap& gap(int i) const { return dynamics_.contact_gaps.gaps()[i]; }
+    int gap_count() const { return static_cast<int>(dynamics_.contact_gaps.gaps().size()); }
+    GapState gap_now(int i) const;
+    bool counts_now(int i) const;
     double fastest() const;
     void set_state();
     void keep(const Step& step);
@@ -138,7 +142,8 @@ class Motion {
     double margin(const EventFunction& f, const Spatial<double>& u);
     void margins(const std::vector<EventFunction>& functions, const Step& step, double at,
                  std::vector<double>& found);
-    Event first_change(const std::vector<EventFunction>& functions, const Step& step, double until);
+    Event first_change(const std::vector<EventFunction>& functions, int looks, const Step& step,
+                       double until);
     bool handle(const Event& event);
     void stop_slips();
     std::vector<int> gaps_that_close(int gap);

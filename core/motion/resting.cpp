@@ -19,19 +19,16 @@ constexpr int kMostSteps = 3;
 
 }  // namespace
 
-std::vector<std::pair<int, GapState>> Motion::gaps_closed_at_start() {
-    std::vector<std::pair<int, GapState>> found;
+std::vector<GapAt> Motion::gaps_closed_at_start() {
+    std::vector<GapAt> found;
     set_state();
-    const auto& gaps = dynamics_.contact_gaps.gaps();
-    for (std::size_t i = 0; i < gaps.size(); ++i) {
-        const GapState state =
-            dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v());
+    for (int i = 0; i < gap_count(); ++i) {
+        const GapState state = gap_now(i);
         if (!(state.gap <= tolerance::alike)) continue;
-        if (!dynamics_.contact_gaps.counts(gaps[i], now.q(), now.v())) {
+        if (counts_now(i))
+            found.push_back({i, gap(i).entry, state.gap, state.rate});
+        else
             passing_[i] = state.gap < -tolerance::alike;
-            continue;
-        }
-        found.emplace_back(static_cast<int>(i), state);
     }
     return found;
 }
@@ -40,12 +37,9 @@ bool Motion::is_struck_at_start(const std::vector<int>& closed) {
     const double slow =
         std::max(kSlowShare * settings_.capture_speed, tolerance::at_rest * fastest());
     set_state();
-    const ContactGaps& contact_gaps = dynamics_.contact_gaps;
-    for (int gap : closed)
-        if (contact_gaps.measure(dynamics_.tree, contact_gaps.gaps()[gap], now.q(), now.v()).rate <
-            -slow)
-            return true;
-    return is_driven_off();
+    return std::any_of(closed.begin(), closed.end(),
+                       [&](int i) { return gap_now(i).rate < -slow; }) ||
+           is_driven_off();
 }
 
 // True if a constraint prescribes another velocity than it has; the tree with places.
@@ -89,16 +83,16 @@ bool Motion::find_resting_contacts(const std::vector<RestingContact>& candidates
     std::vector<RestingContact> parted;
     now.rest.points.clear();
     for (const RestingContact& point : candidates) {
-        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        const Gap& own = gap(point.gap);
         const double opening = velocity_of(point, now.q()).linear.z,
-                     most = std::max(slow, chatters(point.gap) ? gap.capture : gap.rests);
+                     most = std::max(slow, chatters(point.gap) ? own.capture : own.rests);
         (opening <= most ? now.rest.points : parted).push_back(point);
     }
     for (RestingContact& point : now.rest.points) {
         point.pressed = true;
-        const int entry = dynamics_.contact_gaps.gaps()[point.gap].entry;
         for (const RestInterval& known : before)
-            if (known.entry == entry) point.since = std::min(point.since, known.start);
+            if (known.entry == gap(point.gap).entry)
+                point.since = std::min(point.since, known.start);
     }
     end_rests(before);
     if (lay && !now.rest.points.empty()) correct_drift(true);
@@ -125,7 +119,7 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
     if (parted.empty()) return low;
     dynamics_.set_state(now.q(), now.v(), true);
     for (const RestingContact& point : parted) {
-        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        const Gap& gap = this->gap(point.gap);
         const double speed = velocity_of(point, now.q()).linear.z,
                      pull = acceleration_of(point, now.rate.data() + nq()).z;
         if (!(pull < 0.0 && speed > 0.0)) continue;
@@ -154,7 +148,7 @@ bool Motion::find_slip_states(double no_slip) {
     for (RestingContact& point : now.rest.points) {
         const Spatial<double> u = velocity_of(point, now.q());
         point.slip = SlipState::of(u.linear.x, u.linear.y, no_slip);
-        if (!dynamics_.contact_gaps.gaps()[point.gap].turns) continue;
+        if (!gap(point.gap).turns) continue;
         point.roll = SlipState::of(u.angular.x, u.angular.y, kNoSlip);
         point.spin = SlipState::of(u.angular.z, 0.0, kNoSlip);
     }
@@ -190,8 +184,7 @@ void Motion::release_contacts() {
     for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
         double inside = INFINITY;
         dynamics_.contact_gaps.gap_of(dynamics_.tree, now.rest.points[i], now.q(), &inside);
-        const int entry = dynamics_.contact_gaps.gaps()[now.rest.points[i].gap].entry;
-        const bool torn = pull_on(entry) > 0.0 &&
+        const bool torn = pull_on(gap(now.rest.points[i].gap).entry) > 0.0 &&
                           dynamics_.rate.size() == 3 * now.rest.points.size() &&
                           dynamics_.rate[3 * i + 2] > kPartedAtEvent * dynamics_.size;
         const bool lifts =
@@ -213,43 +206,41 @@ bool Motion::update_slip_states() {
     bool changed = false;
     const std::size_t n = now.rest.points.size();
     if (dynamics_.rate.size() != 3 * n) return false;
-    // `smooth`: whether friction does not fall where it begins to slide.
-    const auto update = [&](SlipState& slip_state, const double* speed, const double* rate,
-                            int size, double none, bool loaded, bool smooth) {
-        const double length = size == 2 ? std::hypot(speed[0], speed[1]) : std::abs(speed[0]);
-        const double torn = size == 2 ? std::hypot(rate[0], rate[1]) : std::abs(rate[0]);
-        const bool tears = torn > tolerance::torn * dynamics_.size;
-        if (slip_state.begins() && !tears) {
-            slip_state = SlipState();
+    const double torn = tolerance::torn * dynamics_.size;
+    // `smooth`: friction does not fall where it begins to slide.
+    const auto update = [&](SlipState& slip, bool pressed, const double* u, const double* a,
+                            int size, double none, bool smooth) {
+        const double ahead = size == 2 ? u[1] : 0.0, aside = size == 2 ? a[1] : 0.0;
+        const bool tears = std::hypot(a[0], aside) > torn;
+        if (slip.begins() && !tears) {
+            slip = SlipState();
             changed = true;
-        } else if (slip_state.moves && length > (slip_state.begins() ? dynamics_.slow : none)) {
-            for (int j = 0; j < size; ++j) slip_state.direction[j] = speed[j] / length;
-        } else if (!slip_state.moves && loaded && tears) {
-            slip_state.moves = changed = true;
-            for (int j = 0; j < size && !smooth; ++j) slip_state.direction[j] = rate[j] / torn;
+        } else if (slip.moves) {
+            if (std::hypot(u[0], ahead) > (slip.begins() ? dynamics_.slow : none))
+                slip = SlipState::of(u[0], ahead, 0.0);
+        } else if (pressed && tears) {
+            slip = smooth ? SlipState{true, {}} : SlipState::of(a[0], aside, 0.0);
+            changed = true;
         }
     };
     std::size_t next = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        RestingContact& point = now.rest.points[i];
-        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        RestingContact& p = now.rest.points[i];
+        const Gap& gap = this->gap(p.gap);
         const bool drops = dynamics_.has_drop(gap.entry);
         if (dynamics_.static_friction(gap.entry) > 0.0 || drops)
-            update(point.slip, dynamics_.slip.data() + 3 * i, dynamics_.rate.data() + 3 * i, 2,
-                   slow_, point.pressed, !drops);
+            update(p.slip, p.pressed, &dynamics_.slip[3 * i], &dynamics_.rate[3 * i], 2, slow_,
+                   !drops);
         if (!gap.turns) continue;
         const ContactCoefficients& own = scene_->law.contacts[gap.entry];
-        const double *speed = dynamics_.turning.data() + 3 * next,
-                     *rate = dynamics_.turn_rate.data() + 3 * next;
-        if (own.rolling > 0.0)
-            update(point.roll, speed, rate, 2, kNoSlip * 1e2, point.pressed, false);
-        if (own.torsion > 0.0)
-            update(point.spin, speed + 2, rate + 2, 1, kNoSlip * 1e2, point.pressed, false);
+        const double *u = &dynamics_.turning[3 * next], *a = &dynamics_.turn_rate[3 * next];
+        if (own.rolling > 0.0) update(p.roll, p.pressed, u, a, 2, kNoSlip * 1e2, false);
+        if (own.torsion > 0.0) update(p.spin, p.pressed, u + 2, a + 2, 1, kNoSlip * 1e2, false);
         ++next;
     }
     for (std::size_t j = 0; j < now.rest.dry.size(); ++j)
         if (now.rest.dry[j] == 0 && dynamics_.dry_rate[j] != 0.0) {
-            if (!(std::abs(dynamics_.dry_rate[j]) > tolerance::torn * dynamics_.size)) continue;
+            if (!(std::abs(dynamics_.dry_rate[j]) > torn)) continue;
             now.rest.dry[j] = dynamics_.dry_rate[j] > 0.0 ? 1 : -1;
             changed = true;
         }
@@ -337,7 +328,7 @@ bool Motion::correct_velocities(bool all_normals) {
     const std::vector<double> J = rows_of(now.rest.points);
     const double *row = J.data(), *turn = row + 3 * nv() * now.rest.points.size();
     for (const RestingContact& point : now.rest.points) {
-        const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
+        const Gap& gap = this->gap(point.gap);
         const ContactCoefficients& own = scene_->law.contacts[gap.entry];
         const double *second = row + nv(), *normal = second + nv();
         // A chattering contact does not slip either: friction of so little slip would tip it.
@@ -366,14 +357,8 @@ bool Motion::correct_velocities(bool all_normals) {
 // Gaps that are closed, or overlap by rounding, count as zero.
 void Motion::rebase() {
     set_state();
-    const auto& gaps = dynamics_.contact_gaps.gaps();
-    for (std::size_t i = 0; i < gaps.size(); ++i)
-        base_[i] =
-            passing_[i]
-                ? 0.0
-                : std::min(
-                      dynamics_.contact_gaps.measure(dynamics_.tree, gaps[i], now.q(), now.v()).gap,
-                      0.0);
+    for (int i = 0; i < gap_count(); ++i)
+        base_[i] = passing_[i] ? 0.0 : std::min(gap_now(i).gap, 0.0);
 }
 
 }  // namespace impulsekit
