@@ -182,7 +182,7 @@ void Motion::control(const double* torques) {
     smooth_since_ = now.t;
     if (!now.rest.acts() && dynamics_.constraints.rows() == 0) return restart();
     stepper_.restart();
-    update_rest();
+    update_rest(false, false);
 }
 
 void Motion::keep(const Step& step) {

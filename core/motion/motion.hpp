@@ -170,7 +170,7 @@ class Motion {
                                double no_slip);
     std::vector<RestingContact> micro_bounces(const std::vector<RestingContact>& parted);
     bool find_slip_states(double no_slip);
-    bool update_rest(bool is_known = false);
+    bool update_rest(bool is_known = false, bool has_moved = true);
     bool correct_drift(bool all_normals);
     bool correct_places(bool all_normals);
     bool correct_velocities(bool all_normals);

@@ -248,8 +248,8 @@ bool Motion::update_slip_states() {
 }
 
 // At the end of a step: what rests does from here on; drift of what holds is taken out. `is_known`:
-// whether the last evaluation was here.
-bool Motion::update_rest(bool is_known) {
+// whether the last evaluation was here; `has_moved`: since drift was taken out.
+bool Motion::update_rest(bool is_known, bool has_moved) {
     failure_ = DynamicsFailure::none;
     const auto evaluate = [&] {
         if (rate(now.t, now.q(), now.rate.data())) return true;
@@ -264,7 +264,7 @@ bool Motion::update_rest(bool is_known) {
     if (before > 0) release_contacts();
     if (now.rest.points.size() != before && !evaluate()) return jam();
     bool changed = update_slip_states();
-    const bool corrected = correct_drift(false);
+    const bool corrected = has_moved && correct_drift(false);
     if (corrected || changed) {
         if (!evaluate()) return jam();
         // Once more: what was found to slide may change the loads of the others.
