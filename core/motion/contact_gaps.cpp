@@ -143,8 +143,8 @@ ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, GapFunctions
             for (int side : {1, 0})
                 if (is_pointed(side == 0 ? contact.first : contact.other, gap.reach))
                     gap.pointed = side;
-            gap.capture = has_ends(contact) ? kSlowCorner : kSlow;
-            gap.rests = kSlow;
+            gap.capture = has_ends(contact) ? kSlowCorner : kCreeps;
+            gap.rests = kCreeps;
             gap.deepest =
                 std::max(std::min(kDeepestOfBodies, kDeepestOfRadius * gap.smaller), kAlways);
         }

@@ -242,7 +242,7 @@ bool Motion::impact_without_collision() {
         const double s0 = dot(row, v, nv()), s1 = dot(row + nv(), v, nv()),
                      speed = std::hypot(s0, s1);
         fastest = std::max({fastest, std::abs(s0), std::abs(s1)});
-        double sum = 0.0, most = kSlow;
+        double sum = 0.0, most = kCreeps;
         for (int k = 0; k < nv(); ++k) sum += std::abs(row[2 * nv() + k] * v[k]);
         sums = std::max(sums, sum);
         if (static_cast<int>(dynamics_.rate.size()) == 3 * n)

@@ -16,7 +16,7 @@ inline constexpr double kLeft = 2e-6, kLeftAtEvent = 0.95 * kLeft;
 inline constexpr double kNoSlip = 1e-9;
 // Bodies that part more slowly rest: they would hop 5e-12 m high. Where no forces hold a resting
 // contact, slip below this is stopped [m/s].
-inline constexpr double kSlow = 1e-5;
+inline constexpr double kCreeps = 1e-5;
 // Gaps that close more slowly than this share of the capture speed are closed at the start of a
 // motion: rounding of a state at rest makes as much.
 inline constexpr double kSlowShare = 1e-3;
