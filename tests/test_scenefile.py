@@ -122,6 +122,7 @@ def test_a_stiffness_ratio_is_read_and_written(load, tmp_path):
         frame = "panda_hand"
         friction = 0.5
         stiffness_ratio = 0.3
+        tangential_damping = 0.2
         [[contacts]]
         kind = "contact"
         frame = "panda_link7"
@@ -131,6 +132,7 @@ def test_a_stiffness_ratio_is_read_and_written(load, tmp_path):
     )
     assert file.scene.law == ik.Law(slip="compliant")
     assert [contact.stiffness_ratio for contact in file.scene.contacts] == [0.3, math.inf]
+    assert [contact.tangential_damping for contact in file.scene.contacts] == [0.2, None]
     ik.save_scene(tmp_path / "copy.toml", file.scene, file.q, file.v)
     assert same_bits(file, ik.load_scene(tmp_path / "copy.toml"))
 

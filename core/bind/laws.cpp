@@ -95,16 +95,17 @@ void bind_coefficients(nb::module_& module) {
     Record<C>(module, "ContactCoefficients", "The coefficients of a contact of a scene.")
         .fields("restitution", &C::restitution, "friction", &C::friction, "tangential",
                 &C::tangential, "stiffness", &C::stiffness, "stiffness_ratio", &C::stiffness_ratio,
-                "adhesion", &C::adhesion, "rolling", &C::rolling, "torsion", &C::torsion, "model",
-                &C::model);
+                "tangential_damping", &C::tangential_damping, "adhesion", &C::adhesion, "rolling",
+                &C::rolling, "torsion", &C::torsion, "model", &C::model);
     nb::class_<ContactLaw>(module, "ContactLaw", "A law, and the coefficients of each contact.")
         .def(nb::init<const Law&, std::vector<C>>(), nb::arg("law"), nb::arg("contacts"));
     using G = GivenContacts;
     Record<G>(module, "Contacts", "Coefficients of contacts at one instant, (contacts) each.")
         .fields("restitution", &G::restitution, "friction", &G::friction, "tangential",
                 &G::tangential, "stiffness", &G::stiffness, "stiffness_ratio", &G::stiffness_ratio,
-                "adhesion", &G::adhesion, "turning_of", &G::turning_of, "rolling", &G::rolling,
-                "torsion", &G::torsion, "models", &G::models);
+                "tangential_damping", &G::tangential_damping, "adhesion", &G::adhesion,
+                "turning_of", &G::turning_of, "rolling", &G::rolling, "torsion", &G::torsion,
+                "models", &G::models);
 }
 
 }  // namespace
@@ -119,6 +120,7 @@ ContactProblem GivenContacts::coefficients() const {
     p.tangential = data_of(tangential, n, "tangential_restitution");
     if (stiffness) p.stiffness = data_of(*stiffness, n, "stiffness");
     if (stiffness_ratio) p.stiffness_ratio = data_of(*stiffness_ratio, n, "stiffness_ratio");
+    if (tangential_damping) p.damping = data_of(*tangential_damping, n, "tangential_damping");
     if (adhesion) p.adhesion = data_of(*adhesion, n, "adhesion");
     if (k > 0) {
         if (!rolling || !torsion)

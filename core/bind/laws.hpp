@@ -13,7 +13,7 @@ namespace impulsekit {
 // Coefficients of contacts, kept alive for the call; None where unused.
 struct GivenContacts {
     Array restitution, friction, tangential;
-    std::optional<Array> stiffness, stiffness_ratio, adhesion;
+    std::optional<Array> stiffness, stiffness_ratio, tangential_damping, adhesion;
     std::optional<Integers> turning_of;
     std::optional<Array> rolling, torsion;
     std::vector<Friction> models;

@@ -73,7 +73,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
         for (int i = 0; i < n; ++i)
             if (island[i] == number) members.push_back(i);
         const int own = static_cast<int>(members.size());
-        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(6 * own);
+        std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(7 * own);
         for (int a = 0; a < own; ++a) {
             for (int k = 0; k < 3; ++k) {
                 int r = 3 * members[a] + k;
@@ -90,6 +90,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
             numbers[3 * own + a] = problem.stiffness ? problem.stiffness[members[a]] : 0.0;
             numbers[5 * own + a] =
                 problem.stiffness_ratio ? problem.stiffness_ratio[members[a]] : 0.0;
+            numbers[6 * own + a] = problem.damping ? problem.damping[members[a]] : 0.0;
             numbers[4 * own + a] = problem.adhesion ? problem.adhesion[members[a]] : 0.0;
         }
         ContactProblem part;
@@ -102,6 +103,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
         part.tangential = numbers.data() + 2 * own;
         part.stiffness = problem.stiffness ? numbers.data() + 3 * own : nullptr;
         part.stiffness_ratio = problem.stiffness_ratio ? numbers.data() + 5 * own : nullptr;
+        part.damping = problem.damping ? numbers.data() + 6 * own : nullptr;
         part.adhesion = problem.adhesion ? numbers.data() + 4 * own : nullptr;
         ContactSolution found = solve_plain(part, law);
         if (!found.refused.empty()) return found;
@@ -209,7 +211,12 @@ bool has_springs(const Law& law) {
 // A law whose coefficients are numbers.
 ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
     if (law.order == Order::sequential) return solve_sequence(problem, law);
-    if (has_springs(law) && problem.contacts > 1) return solve_lzb(problem, law);
+    // Of one contact there are closed forms, unless its spring is damped.
+    const bool is_damped = law.slip == Slip::compliant && problem.contacts == 1 &&
+                           problem.damping && problem.damping[0] > 0.0 &&
+                           problem.friction[0] > tolerance::negligible &&
+                           !std::isinf(problem.stiffness_ratio[0]);
+    if (has_springs(law) && (problem.contacts > 1 || is_damped)) return solve_lzb(problem, law);
     if (law.slip != Slip::end) return solve_along_path(problem, law);
     return solve_simultaneous(problem, law);
 }

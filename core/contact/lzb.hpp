@@ -16,7 +16,9 @@ namespace impulsekit {
 //     sticking  F_t = −k χ,      χ' = κ u_t,                            until |χ| = µ δ,
 //     slipping  F_t = −µ F d,    χ' = κ (u_t − (u_t·d) d) + µ δ' d,     until s = 0
 // with the speed of slip s = u_t·d − (µ/κ) δ': all of u_t across d turns the spring, and along d it
-// grows and falls as the normal force does, which keeps |χ| = µ δ. What is held has no such spring:
+// grows and falls as the normal force does, which keeps |χ| = µ δ. A damped spring gives back the
+// share 1 − D of its work, at every speed, as the normal one gives e²: where |χ| falls it falls
+// 1/(1 − D) times as fast, and δ' < 0 in s counts 1 − D times. What is held has no such spring:
 // its friction is Coulomb's, as it is of all contacts for κ = ∞. The energy of both springs of all
 // contacts falls by what slip and restitution take, and by nothing else.
 ContactSolution solve_lzb(const ContactProblem& problem, const Law& law);

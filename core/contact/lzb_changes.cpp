@@ -25,7 +25,7 @@ double margin_of_tangents(const LzbState& state, const LzbContact& c, const doub
         return least;
     }
     if (!c.slips()) {
-        const double turn = c.et2 < 1.0 ? (c.releases ? -1.0 : 1.0) * state.along(c) : 1.0;
+        const double turn = c.kept < 1.0 ? (c.releases ? -1.0 : 1.0) * state.along(c) : 1.0;
         return std::min(friction_left(c, y, depth), turn);
     }
     const double deeper = c.slip == Slipping::turning ? depth - kShallow : kShallow - depth;
@@ -63,7 +63,7 @@ void change_spring(const LzbState& state, LzbContact& c, double* y, double depth
     if (c.slips() ? state.slip_of_spring(c) < -tolerance::solved
                   : friction_left(c, y, depth) < -tolerance::solved)
         c.slip = c.slips() ? Slipping::none : Slipping::turning;
-    c.releases = c.et2 < 1.0 && !c.slips() && state.along(c) < 0.0;
+    c.releases = c.kept < 1.0 && !c.slips() && state.along(c) < 0.0;
     std::copy(c.way, c.way + 2, c.last);
     if (!c.slips()) return;
     c.slip = depth <= kShallow ? Slipping::straight : Slipping::turning;

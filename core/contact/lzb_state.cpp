@@ -29,6 +29,7 @@ LzbState::LzbState(const ContactProblem& problem, const Law& law)
         if (problem.stiffness && problem.stiffness[i] < INFINITY)
             stiffest = std::max(stiffest, problem.stiffness[i]);
         if (law.slip == Slip::compliant && c.mu > 0.0) c.ratio = problem.stiffness_ratio[i];
+        if (problem.damping) c.kept = 1.0 - problem.damping[i];
         if (c.mu > 0.0) c.tangents = static_cast<int>(given.size());
         for (int k = c.mu > 0.0 ? 0 : 2; k < 3; ++k) {
             const int r = 3 * i + k;
@@ -177,7 +178,7 @@ void LzbState::rates(const double* y, double* dy) {
         const double speed_along = along(c);
         for (int k = 0; k < 2; ++k) {
             const double turn = c.slip == Slipping::straight ? 0.0 : v[k] - speed_along * c.way[k];
-            const double loss = c.releases ? (1.0 / c.et2 - 1.0) * speed_along * c.way[k] : 0.0;
+            const double loss = c.releases ? (1.0 / c.kept - 1.0) * speed_along * c.way[k] : 0.0;
             dy[c.spring + k] = !c.is_elastic() ? 0.0
                                : c.slips()     ? c.ratio * turn + c.mu * rises * c.way[k]
                                                : c.ratio * (v[k] + loss);
@@ -210,7 +211,7 @@ void LzbState::write_tangents(const LzbContact& c, const double* y, double* J) c
         // Its spring: the velocity across its way, or all of it and what is lost along it.
         double* own = J + (c.spring + k) * size_;
         const double *W_n = W.data() + c.normal_row * rows_, g = c.gives();
-        const double part = c.slips() ? -1.0 : c.releases ? 1.0 / c.et2 - 1.0 : 0.0;
+        const double part = c.slips() ? -1.0 : c.releases ? 1.0 / c.kept - 1.0 : 0.0;
         const double straight = c.slip == Slipping::straight ? 0.0 : c.ratio;
         for (int r = 0; r < rows_; ++r) {
             const double W_along = s[0] * W_t[r] + s[1] * W_t[rows_ + r];

@@ -19,8 +19,8 @@ struct LzbContact {
     // In the rows of the state: of two tangents, where it rubs, and of the normal; in its numbers:
     // of the tangential spring, where it has one, and of the work of friction.
     int tangents = -1, normal_row = 0, spring = -1, work = -1;
-    // Stiffness and κ; µ; the shares e² and e_t² of their work that the springs give back.
-    double stiffness = 1.0, ratio = INFINITY, mu = 0.0, e2 = 0.0, et2 = 1.0;
+    // Stiffness and κ; µ; the shares e² and 1 − D of their work that the springs give back.
+    double stiffness = 1.0, ratio = INFINITY, mu = 0.0, e2 = 0.0, kept = 1.0;
     Normal normal = Normal::open;
     Slipping slip = Slipping::none;
     bool releases = false;    // the tangential spring gives back
@@ -78,7 +78,7 @@ class LzbState {
     }
     double slip_of_spring(const LzbContact& c) const {
         const double rises = -c.gives() * un(c);
-        return along(c) - (rises > 0.0 ? 1.0 : c.et2) * c.mu / c.ratio * rises;
+        return along(c) - (rises > 0.0 ? 1.0 : c.kept) * c.mu / c.ratio * rises;
     }
     // True if a tangential spring that slips turns much faster than normal forces change.
     bool turns_fast(const double* y) const;

@@ -61,6 +61,7 @@ struct ContactProblem {
     const double* tangential = nullptr;       // (contacts) e_t
     const double* stiffness = nullptr;        // (contacts) k, for "lzb"; else null
     const double* stiffness_ratio = nullptr;  // (contacts) tangential over normal; else null
+    const double* damping = nullptr;   // (contacts) of tangential springs; null where none has any
     const double* adhesion = nullptr;  // (contacts) largest pull [N s]; null where none holds
     const int* turning_of = nullptr;   // (turning) the contact
     const double* rolling = nullptr;   // (turning) [m]

@@ -17,16 +17,17 @@ ContactLaw::ContactLaw(const Law& own, std::vector<ContactCoefficients> coeffici
     for (const ContactCoefficients& contact : contacts) {
         has_models = has_models || contact.model.kind != Friction::Kind::number;
         has_adhesion = has_adhesion || contact.adhesion > 0.0;
+        has_damping = has_damping || contact.tangential_damping > 0.0;
     }
 }
 
 void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const double* e,
                             const double* mu, const double* v, ContactProblem& c) {
     const std::size_t n = rows.points.size(), turning = rows.turning_of.size();
-    numbers_.resize(6 * n + 2 * turning);
+    numbers_.resize(7 * n + 2 * turning);
     double *restitution = numbers_.data(), *friction = restitution + n, *tangential = friction + n,
            *stiffness = tangential + n, *adhesion = stiffness + n, *rolling = adhesion + n,
-           *torsion = rolling + turning, *ratio = torsion + turning;
+           *torsion = rolling + turning, *ratio = torsion + turning, *damping = ratio + n;
     models_.resize(law.has_models && !mu ? n : 0);
     for (std::size_t i = 0; i < n; ++i) {
         const ContactFrame<double>& point = rows.points[i];
@@ -47,6 +48,7 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
         stiffness[i] = own.stiffness;
         adhesion[i] = own.adhesion;
         ratio[i] = own.stiffness_ratio;
+        damping[i] = own.tangential_damping;
         if (models_.empty()) continue;
         models_[i] = own.model;
         models_[i].axis[0] = point.ellipse[0];
@@ -65,6 +67,7 @@ void PointCoefficients::set(const ContactLaw& law, const StateRows& rows, const 
     const bool is_compliant = law.law.slip == Slip::compliant;
     if (is_compliant || law.law.restitution == Restitution::lzb) c.stiffness = stiffness;
     if (is_compliant) c.stiffness_ratio = ratio;
+    if (is_compliant && law.has_damping) c.damping = damping;
     if (law.has_adhesion) c.adhesion = adhesion;
     c.turning_of = rows.turning_of.data();
     c.rolling = rolling;

@@ -24,7 +24,7 @@ struct BySpeed {
 struct ContactCoefficients {
     BySpeed restitution;
     double friction = 0.0, tangential = 0.0, stiffness = 0.0, adhesion = 0.0;
-    double stiffness_ratio = 0.0;
+    double stiffness_ratio = 0.0, tangential_damping = 0.0;
     double rolling = 0.0, torsion = 0.0;
     Friction model;
 };
@@ -35,7 +35,7 @@ struct ContactLaw {
 
     Law law;
     std::vector<ContactCoefficients> contacts;
-    bool has_models = false, has_adhesion = false;
+    bool has_models = false, has_adhesion = false, has_damping = false;
 };
 
 // Coefficients of the points of one state, as a contact problem takes them.

@@ -61,6 +61,7 @@ class ContactProblem:
         stiffness: (n,) k of each, for the law "lzb" and slip "compliant"; None where no law asks
             for it, or contacts that give way along their tangents are equally stiff.
         stiffness_ratio: (n,) tangential over normal stiffness, for slip "compliant"; else None.
+        tangential_damping: (n,) D of the tangential springs; None where none is damped.
         adhesion: (n,) the largest pull A [N s]; None where none holds.
         turning: contacts that resist rolling and spin; None where none does. After the rows of
             all contacts then come three for each of them, of the relative angular velocity
@@ -77,6 +78,7 @@ class ContactProblem:
     adhesion: np.ndarray | None = None
     turning: Turning | None = None
     stiffness_ratio: np.ndarray | None = None
+    tangential_damping: np.ndarray | None = None
 
     def contacts(self, models: Sequence[CoreFriction] = ()) -> Contacts:
         """Return the coefficients as the core takes them; ``models``: of friction beside µ."""
@@ -86,6 +88,7 @@ class ContactProblem:
             "tangential": self.tangential_restitution,
             "stiffness": self.stiffness,
             "stiffness_ratio": self.stiffness_ratio,
+            "tangential_damping": self.tangential_damping,
             "adhesion": self.adhesion,
         }
         if self.turning is not None:

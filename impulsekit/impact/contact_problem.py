@@ -353,6 +353,7 @@ def _coefficients(
         stiffness if scene.law.restitution == "lzb" or scene.law.slip == "compliant" else None,
         adhesion if adhesion.any() else None, turning,
         numbers("stiffness_ratio") if scene.law.slip == "compliant" else None,
+        numbers("tangential_damping") if scene.law.slip == "compliant" else None,
     )  # fmt: skip
     return problem, models
 

@@ -268,6 +268,8 @@ FrictionOrMaterial: TypeAlias = Annotated[
     Friction | Literal["material"], _or_material(checked_friction)
 ]
 Stiffness: TypeAlias = Annotated[float | None, checked_stiffness]
+# The share of its work that a spring keeps from giving back; all of it no spring does.
+Damping: TypeAlias = Annotated[float, between(0.0, 0.99)] | None
 
 
 def is_plain(friction: Any) -> bool:

@@ -12,6 +12,7 @@ from ..errors.calls import public
 from ..robot import Robot
 from .coefficients import (
     ByTable,
+    Damping,
     FrictionOrMaterial,
     RestitutionLike,
     RestitutionOrMaterial,
@@ -65,6 +66,8 @@ class Contact(Entry):
         stiffness_ratio: κ, tangential over normal stiffness, for ``Law(slip="compliant")``:
             (1 − ν)/(1 − ν/2) of round bodies with Poisson's ratio ν (Mindlin 1949), math.inf for
             one that is rigid along its tangents.
+        tangential_damping: D, the share of its work that the tangential spring does not give back,
+            0 to .99, as 1 − e² of the normal one; none for ``None``.
         adhesion: the largest pull that it carries [N s], as of a suction cup, magnet or gecko pad
             that catches: 0 ≤ P_n + A ⊥ u_n⁺ ≥ 0, |P_t| ≤ µ (P_n + A). It holds what takes no more
             than A and lets go of the rest. Needs restitution 0 and ``Law()``.
@@ -103,6 +106,7 @@ class Contact(Entry):
     torsion: NotNegative = 0.0
     holding_force: NotNegative = 0.0
     stiffness_ratio: Stiffness = None
+    tangential_damping: Damping = None
     # Coefficients that a table of materials gave; ``dataclasses.replace`` passes them on.
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
@@ -208,7 +212,7 @@ class Collision(Entry):
             which meshes of flat faces are flat. ``Impact.doubts`` reports more of them
             close by.
         name: its name in results; by default its index in the scene.
-        stiffness, stiffness_ratio: as for ``Contact``, of each point.
+        stiffness, stiffness_ratio, tangential_damping: as for ``Contact``, of each point.
         rolling, torsion: as for ``Contact`` [m], at every point.
 
     Raises:
@@ -232,6 +236,7 @@ class Collision(Entry):
     rolling: NotNegative = 0.0
     torsion: NotNegative = 0.0
     stiffness_ratio: Stiffness = None
+    tangential_damping: Damping = None
     _by_table: InitVar[ByTable] = a_field(default=(), kw_only=True)
 
     def __post_init__(self, _by_table: ByTable) -> None:

@@ -12,7 +12,7 @@ import pinocchio as pin
 from ..errors import CallbackError, ImpulsekitError, InputError, RangeError, ShapeError
 from ..errors.calls import public
 from ..robot import Robot
-from .coefficients import RestitutionLike, Stiffness
+from .coefficients import Damping, RestitutionLike, Stiffness
 from .constraints import velocity_of
 from .contacts import Tangential
 from .entry import Entry
@@ -97,8 +97,8 @@ class GapContact(_OfFunctions):
             speeds of Pinocchio. It is compared with differences of the gap. None for these.
         tangents: function of q that gives (2, nv) or (1, nv): how fast it slips; needed for
             friction. Their scale must be that of a velocity where the normal's is.
-        restitution, friction, tangential_restitution, stiffness, stiffness_ratio: as for
-            ``Contact``.
+        restitution, friction, tangential_restitution, stiffness, stiffness_ratio,
+            tangential_damping: as for ``Contact``.
         name: its name in results; by default its index in the scene.
 
     Raises:
@@ -124,6 +124,7 @@ class GapContact(_OfFunctions):
     name: Name | None = None
     stiffness: Stiffness = None
     stiffness_ratio: Stiffness = None
+    tangential_damping: Damping = None
 
     def _check(self, what: str) -> None:
         if self.friction and self.tangents is None:

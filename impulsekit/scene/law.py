@@ -54,7 +54,8 @@ class Law(Checked):
               of each contact. They stick, slip and turn back within one impact, as a superball
               does (Maw, Barber & Fawcett 1976; Stronge 2000, ch. 5). Restitution is Stronge's.
               Several that act at once share the impact as under "lzb" with exponent 1, by the
-              ``stiffness`` of each, or as equally stiff ones where none has any. For κ = ∞ it is
+              ``stiffness`` of each, or as equally stiff ones where none has any; a
+              ``tangential_damping`` is lost of the tangential springs' work. For κ = ∞ it is
               "path", or "lzb".
         order: of several contacts at one instant.
 

@@ -35,6 +35,7 @@ class PairCoefficients(TypedDict, total=False):
     margin: float | None
     stiffness: float | None
     stiffness_ratio: float | None
+    tangential_damping: float | None
     rolling: float
     torsion: float
 

@@ -10,6 +10,7 @@ from ..errors import InputError, a_thing
 from ..errors.calls import public
 from ..robot import Robot
 from .coefficients import (
+    Damping,
     FrictionLike,
     RestitutionLike,
     Stiffness,
@@ -67,7 +68,8 @@ class MaterialPair(Checked):
     Attributes:
         first, other: names of materials; they may be the same.
         restitution, friction: as for ``Contact``.
-        stiffness, stiffness_ratio: as for ``Contact``; for contacts that give none.
+        stiffness, stiffness_ratio, tangential_damping: as for ``Contact``; for contacts that give
+            none.
 
     Raises:
         InputError, RangeError, NotFiniteError.
@@ -85,6 +87,7 @@ class MaterialPair(Checked):
     friction: FrictionLike = 0.0
     stiffness: Stiffness = None
     stiffness_ratio: Stiffness = None
+    tangential_damping: Damping = None
 
 
 def with_materials(
@@ -116,7 +119,7 @@ def with_materials(
         changes = {
             name: getattr(pair, name) for name in names if isinstance(getattr(contact, name), str)
         }
-        for name in ("stiffness", "stiffness_ratio"):
+        for name in ("stiffness", "stiffness_ratio", "tangential_damping"):
             if getattr(contact, name) is None:
                 changes[name] = getattr(pair, name)
         by_table = tuple((name, getattr(contact, name), changes[name]) for name in changes)

@@ -24,8 +24,10 @@ def drawn(seed, n):
     return J @ J.T, J @ v, *rng.uniform(np.full((n, 4), low), high).T
 
 
-def solved(W, u, e, mu, k, ratio, law=COMPLIANT):
-    problem = ContactProblem(W, u, u, e, mu, 0 * mu, stiffness=k, stiffness_ratio=ratio)
+def solved(W, u, e, mu, k, ratio, damping=None, law=COMPLIANT):
+    problem = ContactProblem(
+        W, u, u, e, mu, 0 * mu, stiffness=k, stiffness_ratio=ratio, tangential_damping=damping
+    )
     return solve_contacts(problem, law)
 
 
@@ -39,6 +41,30 @@ def test_in_space_they_are_as_integrated(n, seeds):
         assert found.status is ik.Status.SOLVED
         after = u + W @ spring_impulses(W, u, *coefficients)
         assert found.velocity_after == pytest.approx(after, abs=1e-9 * np.abs(u).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_damped_springs_give_back_less_of_their_work(n):
+    for seed in range(4):
+        W, u, *coefficients = drawn(seed, n)
+        damping = np.random.default_rng(seed).uniform(0.0, 0.8, n)
+        found = solved(W, u, *coefficients, damping)
+        assert found.status is ik.Status.SOLVED
+        after = u + W @ spring_impulses(W, u, *coefficients, damping)
+        assert found.velocity_after == pytest.approx(after, abs=1e-9 * np.abs(u).max())
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.5, 0.9])
+def test_half_a_swing_gives_back_its_share(damping):
+    """A spring that sticks from rest to rest: u_t⁺² = (1 − D) u_t⁻²."""
+    kept = 1.0 - damping
+    # Its loading takes a quarter of a period, its release √(1 − D) of one: both end with F_n.
+    half = 0.5 * np.pi * (1.0 + np.sqrt(kept))
+    u, W = np.array([0.03, 0.0, -1.0]), np.diag([3.5, 3.5, 1.0])
+    ratio, one = (half / np.pi) ** 2 / 3.5, np.ones(1)
+    found = solved(W, u, one, 30.0 * one, one, ratio * one, damping * one)
+    assert found.velocity_after == pytest.approx([-0.03 * np.sqrt(kept), 0.0, 1.0], abs=1e-9)
 
 
 def test_contacts_that_hardly_act_on_each_other_are_each_as_alone():
@@ -68,7 +94,7 @@ def test_rigid_along_tangents_they_are_waves_with_coulombs_friction():
     waves, off = ik.Law("lzb", exponent=1.0), {np.inf: [], 1e2: [], 1e3: []}
     for seed in range(20):
         W, u, e, mu, k, _ = drawn(seed, 2)
-        rigid = solved(W, u, e, mu, k, np.ones(2), waves).velocity_after
+        rigid = solved(W, u, e, mu, k, np.ones(2), law=waves).velocity_after
         for ratio, own in off.items():
             here = solved(W, u, e, mu, k, np.full(2, ratio)).velocity_after
             own.append(np.abs(here - rigid).max() / np.abs(u).max())
@@ -102,6 +128,10 @@ def test_a_box_on_rubber_feet_turns_back_in_every_way_of_solving(box):
     batch = ik.solve_batch(scene, q[None], v[None])
     assert batch.v_after[0] == pytest.approx(impact.v_after, abs=1e-12)
     assert ik.contact_problem(scene, q, v).solve().v_after == pytest.approx(impact.v_after)
+    lossy = ik.solve(rubber_feet(box, tangential_damping=0.5), q, v)
+    assert lossy.energy.change < impact.energy.change
+    pair = ik.MaterialPair("rubber", "floor", stiffness_ratio=0.7, tangential_damping=0.5)
+    assert pair.tangential_damping == 0.5
     above = box.configuration(root_joint=[0, 0, 0.3, 0, 0, 0, 1])
     motion = ik.simulate(scene, above, [0.2, 0, 0, 0.1, 0.2, 0], 4.0)
     assert motion.status.finished and len(motion.impacts) > 1
@@ -114,5 +144,8 @@ def test_stiffnesses_are_of_all_or_of_none(box):
     stiff = ik.Contact("box", at=FEET[0], friction=0.5, stiffness_ratio=1.0, stiffness=2.0)
     mixed = ik.Scene(box, contacts=[stiff, *scene.contacts[1:]], law=COMPLIANT)
     q = box.configuration(root_joint=[0, 0, 0.05, 0, 0, 0, 1])
+    for damping in (-0.1, 1.0):
+        with pytest.raises(ik.errors.RangeError, match="tangential_damping"):
+            ik.Contact("box", tangential_damping=damping)
     with pytest.raises(ik.errors.InputError, match=r"of every contact .* or of none"):
         ik.solve(mixed, q, [0, 0, -1, 0, 0, 0])

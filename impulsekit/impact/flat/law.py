@@ -22,7 +22,17 @@ __all__ = ["contact_law"]
 
 _NUMBERS = {
     "tangential": "tangential_restitution",
-    **{name: name for name in ("stiffness", "stiffness_ratio", "adhesion", "rolling", "torsion")},
+    **{
+        name: name
+        for name in (
+            "stiffness",
+            "stiffness_ratio",
+            "tangential_damping",
+            "adhesion",
+            "rolling",
+            "torsion",
+        )
+    },
 }
 
 
