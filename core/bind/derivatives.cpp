@@ -53,15 +53,16 @@ void bind_enums(nb::module_& module) {
                            Unavailable::drawn_in, "too_many_hits", Unavailable::too_many_hits,
                            "coupled", Unavailable::coupled, "no_closed_form",
                            Unavailable::no_closed_form, "no_compression",
-                           Unavailable::no_compression, "functions", Unavailable::functions,
-                           "singular", Unavailable::singular);
+                           Unavailable::no_compression, "no_waves", Unavailable::no_waves,
+                           "functions", Unavailable::functions, "singular", Unavailable::singular);
     bind_enum<Edge>(module, "Edge", "hardly_presses", Edge::hardly_presses, "edge_of_cone",
                     Edge::edge_of_cone, "hardly_slips", Edge::hardly_slips, "out_of_proportion",
                     Edge::out_of_proportion, "at_table_point", Edge::at_table_point, "at_capture",
                     Edge::at_capture, "hardly_approaches", Edge::hardly_approaches, "just_as_fast",
                     Edge::just_as_fast, "hardly_parts", Edge::hardly_parts, "stuck_at_edge",
                     Edge::stuck_at_edge, "slip_ends_with_phase", Edge::slip_ends_with_phase,
-                    "hardly_slips_first", Edge::hardly_slips_first);
+                    "hardly_slips_first", Edge::hardly_slips_first, "differences_disagree",
+                    Edge::differences_disagree);
 }
 
 }  // namespace

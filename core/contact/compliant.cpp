@@ -16,9 +16,6 @@ namespace {
 constexpr int kMostPhases = 100000, kMostSteps = 5000;
 // Error of a step of slip, in units in which velocity, mobility and normal stiffness are 1.
 constexpr double kStepError = 1e-9, kImplicit = 1e3;
-// A spring that slips and holds less than this part of its first load keeps its way to the end:
-// what is left of its impulse is the square of that.
-constexpr double kSpent = 1e-5;
 // Slip that begins with the impact keeps its way for this time, up to its square; what that misses
 // of the impulse is its fourth power.
 constexpr double kBegins = 1e-3;
@@ -61,7 +58,7 @@ class Springs {
         for (int i = 0; i < 9; ++i) W_[i] = W[i] / W[8];
         std::copy(u, u + 3, u_);
         std::copy(u, u + 3, start_);
-        least_ = kSpent * std::abs(u[2]);
+        least_ = tolerance::shallow * std::abs(u[2]);
         scale_ = std::max(std::abs(u[2]), std::hypot(u[0], u[1]));
     }
 

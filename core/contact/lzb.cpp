@@ -15,8 +15,6 @@ constexpr int kMostSteps = 20000;
 // Error of a step, in units in which velocities and mobilities are of size 1; Radau's estimate is
 // of lower order than its steps.
 constexpr double kError = 1e-13, kImplicit = 1000.0;
-// The first step, and those behind a change.
-constexpr double kFirst = 1e-3, kNext = 1e-6;
 // Searches within a step for the time of a change.
 constexpr int kSearches = 60;
 
@@ -32,7 +30,7 @@ class Waves {
               return true;
           }) {
         stepper_.slopes = [&state](const double* at, double* J) { state.slopes(at, J); };
-        stepper_.next = kFirst;
+        stepper_.next = kAhead;
     }
 
     void follow() {
@@ -53,7 +51,7 @@ class Waves {
             if (past(next) < -tolerance::solved) {
                 shorten(step, next);
                 stepper_.restart();
-                stepper_.next = std::max(step.end, kNext);
+                stepper_.next = std::max(step.end, kAhead);
             }
             y = next;
             settle_contacts(state_, y.data());

@@ -7,10 +7,6 @@
 namespace impulsekit {
 namespace {
 
-// Tangential springs that slip keep their ways below this depth, where they would turn ever faster:
-// what that misses of the impulse is the square of that.
-constexpr double kShallow = 1e-5;
-
 // What the deflection of a tangential spring lacks to all its friction: it sticks up to there.
 double friction_left(const LzbContact& c, const double* y, double depth) {
     return c.mu * depth - std::hypot(y[c.spring], y[c.spring + 1]);
@@ -28,7 +24,8 @@ double margin_of_tangents(const LzbState& state, const LzbContact& c, const doub
         const double turn = c.kept < 1.0 ? (c.releases ? -1.0 : 1.0) * state.along(c) : 1.0;
         return std::min(friction_left(c, y, depth), turn);
     }
-    const double deeper = c.slip == Slipping::turning ? depth - kShallow : kShallow - depth;
+    const double deeper =
+        c.slip == Slipping::turning ? depth - tolerance::shallow : tolerance::shallow - depth;
     const bool changes = (c.slip == Slipping::turning) == (state.un(c) > 0.0);
     return std::min(state.slip_of_spring(c), changes ? deeper : 1.0);
 }
@@ -66,7 +63,7 @@ void change_spring(const LzbState& state, LzbContact& c, double* y, double depth
     c.releases = c.kept < 1.0 && !c.slips() && state.along(c) < 0.0;
     std::copy(c.way, c.way + 2, c.last);
     if (!c.slips()) return;
-    c.slip = depth <= kShallow ? Slipping::straight : Slipping::turning;
+    c.slip = depth <= tolerance::shallow ? Slipping::straight : Slipping::turning;
     // Rounding would part the spring from its friction.
     for (int k = 0; k < 2; ++k) y[c.spring + k] = c.mu * std::max(depth, 0.0) * c.way[k];
 }

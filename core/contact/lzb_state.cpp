@@ -8,9 +8,6 @@
 namespace impulsekit {
 namespace {
 
-// A held contact is loaded again where its force rises in this time.
-constexpr double kAhead = 1e-6;
-
 // So many times as fast is stiff.
 constexpr double kFast = 10.0;
 

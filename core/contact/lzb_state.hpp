@@ -10,8 +10,12 @@
 
 namespace impulsekit {
 
-// The same slip has a direction of its own, or it keeps the one that it had: slip that begins, and
-// that of springs that have given back all but nothing.
+// A short time, beside that of an impact, for first steps; a held contact is loaded again where its
+// force rises in it.
+inline constexpr double kAhead = 1e-6;
+
+// Slip turns with its velocity or its spring, or keeps the direction that it had: where it begins,
+// and of springs with hardly any depth.
 enum class Slipping { none, straight, turning };
 enum class Normal { open, loads, unloads, held };
 

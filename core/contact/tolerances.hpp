@@ -36,6 +36,9 @@ inline constexpr double handed_on = 1e-11;
 inline constexpr double torn = 1e-8;
 // Work above this share of the energies in play is a gain.
 inline constexpr double gain = 1e-10;
+// Tangential springs that slip keep their ways while they have less than this of their depth, where
+// they would turn ever faster: what that misses of the impulse is the square.
+inline constexpr double shallow = 1e-5;
 // Coefficients below this are zero: products with them would leave the doubles.
 inline constexpr double negligible = 1e-150;
 

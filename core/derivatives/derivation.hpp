@@ -43,10 +43,10 @@ struct Derivation::Stage {
     // Springs under normals between which load is shared: their rows here, √D Π √D and Π √D.
     std::vector<int> even;
     std::vector<double> stiffness, springs;
-    // A hit along the path of its slip: the point, ∂P by its parameters, and the velocities by
-    // unit impulses (three of those that were kept).
-    int along_path = -1;
-    double law[3 * 12] = {};
+    // Points that are followed along the impact: ∂P (3 k, parameters) as `law_parameters` orders
+    // them, and the velocities by unit impulses (3 k of those that were kept).
+    std::vector<int> along;
+    std::vector<double> law;
     int units = 0;
     bool from_start = false;  // whether Newton's law looks at the start of the hit
 

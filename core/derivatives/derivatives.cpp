@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/law_slopes.hpp"
 #include "contact/path.hpp"
 #include "contact/sequence.hpp"
 #include "contact/tolerances.hpp"
@@ -230,7 +231,8 @@ void Derivation::find_stages() {
     const bool in_turn = n_ > 1 || (sequential && struck) || m_ > 0;
     bool rubs = law.restitution == Restitution::stronge;
     for (const Coefficients& own : own_) rubs = rubs || own.mu != 0.0;
-    const bool along = law.slip == Slip::path && rubs;
+    const bool along = law.slip == Slip::compliant || law.restitution == Restitution::lzb ||
+                       (law.slip == Slip::path && rubs);
     if (n_ > 0 && (along || (sequential && in_turn))) return follow_hits(along);
     if (n_ > 0 && law.restitution != Restitution::newton) return compress();
     Stage whole;
@@ -297,6 +299,7 @@ void Derivation::follow_hits(bool along_path) {
                 bare.impulses[r] -=
                     free_multipliers_[(3 * order[h] + k) * m_ + r] * shares[3 * h + k];
     add_stage(std::move(bare), -1);
+    if (has_springs()) return follow_waves(order, shares.data(), now);
     for (std::size_t h = 0; h < order.size() && unavailable == Unavailable::none; ++h)
         follow_hit(order[h], shares.data() + 3 * h, now, along_path);
 }
@@ -383,7 +386,7 @@ bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<in
         for (int i : order)
             for (int k = own_[i].mu != 0.0 ? 0 : 2; k < 3; ++k)
                 for (int l = own_[j].mu != 0.0 ? 0 : 2; l < 3; ++l)
-                    if (free_W_[(3 * i + k) * rows + 3 * j + l] != 0.0)
+                    if (!has_springs() && free_W_[(3 * i + k) * rows + 3 * j + l] != 0.0)
                         unavailable = Unavailable::coupled;
         order.push_back(j);
         shares.insert(shares.end(), P.begin() + 3 * j, P.begin() + 3 * j + 3);
@@ -396,36 +399,87 @@ bool Derivation::find_hits_at_once(const ContactProblem& contact, std::vector<in
     return unavailable == Unavailable::none;
 }
 
-// The stage of an impulse of one contact from the velocity `now`, which becomes that after it:
-// bilateral rows bear and bodies move in proportion to the impulse.
-Derivation::Stage Derivation::stage_of_hit(int i, const double* impulse, int& now) {
-    const int rows = 3 * n_;
-    const double* unit_multipliers = free_multipliers_.data() + 3 * i * m_;
-    const double* response = free_response_.data() + 3 * i * nv_;
+// True if contacts share the impact by their stiffnesses, followed in time.
+bool Derivation::has_springs() const {
+    return law_.law.slip == Slip::compliant || law_.law.restitution == Restitution::lzb;
+}
+
+// The stage of impulses of contacts from the velocity `now`, which becomes that after them:
+// bilateral rows bear and bodies move in proportion to the impulses.
+Derivation::Stage Derivation::stage_of_hits(const std::vector<int>& points, const double* impulses,
+                                            int& now) {
     Stage stage;
     stage.start = now;
-    stage.impulses.assign(m_ + rows, 0.0);
+    stage.impulses.assign(m_ + 3 * n_, 0.0);
     std::vector<double> end = velocities_[now];
-    for (int k = 0; k < 3; ++k) {
-        stage.impulses[m_ + 3 * i + k] = impulse[k];
-        for (int r = 0; r < m_; ++r) stage.impulses[r] += unit_multipliers[k * m_ + r] * impulse[k];
-        for (int j = 0; j < nv_; ++j) end[j] += response[k * nv_ + j] * impulse[k];
+    for (std::size_t h = 0; h < 3 * points.size(); ++h) {
+        const int row = 3 * points[h / 3] + static_cast<int>(h % 3);
+        stage.impulses[m_ + row] = impulses[h];
+        for (int r = 0; r < m_; ++r)
+            stage.impulses[r] += free_multipliers_[row * m_ + r] * impulses[h];
+        for (int j = 0; j < nv_; ++j) end[j] += free_response_[row * nv_ + j] * impulses[h];
     }
     now = stage.end = keep(std::move(end));
     return stage;
+}
+
+// Keep the velocities by unit impulses along the rows of the points that a stage follows.
+void Derivation::keep_units(Stage& stage) {
+    stage.units = static_cast<int>(velocities_.size());
+    for (int i : stage.along)
+        for (int k = 0; k < 3; ++k) {
+            const double* response = free_response_.data() + (3 * i + k) * nv_;
+            keep(std::vector<double>(response, response + nv_));
+        }
+}
+
+// All contacts that act, under a law that follows them in time: by differences of that.
+void Derivation::follow_waves(const std::vector<int>& points, const double* impulses, int& now) {
+    const int own = static_cast<int>(points.size()), rows = 3 * n_;
+    if (own == 0) return;
+    const ContactProblem& all = given_.problem->contact;
+    std::vector<double> W(9 * own * own), free(3 * own), numbers(6 * own);
+    for (int r = 0; r < 3 * own; ++r) {
+        const int row = 3 * points[r / 3] + r % 3;
+        free[r] = dot(given_.problem->J + row * nv_, velocities_[now].data(), nv_);
+        for (int c = 0; c < 3 * own; ++c)
+            W[r * 3 * own + c] = free_W_[row * rows + 3 * points[c / 3] + c % 3];
+    }
+    ContactProblem part;
+    part.contacts = own;
+    part.W = W.data();
+    part.free = part.before = free.data();
+    const double* given[6] = {all.restitution, all.friction,        all.tangential,
+                              all.stiffness,   all.stiffness_ratio, all.damping};
+    const double** to[6] = {&part.restitution, &part.friction,        &part.tangential,
+                            &part.stiffness,   &part.stiffness_ratio, &part.damping};
+    for (int k = 0; k < 6; ++k) {
+        if (!given[k]) continue;
+        for (int a = 0; a < own; ++a) numbers[k * own + a] = given[k][points[a]];
+        *to[k] = numbers.data() + k * own;
+    }
+    Stage stage = stage_of_hits(points, impulses, now);
+    stage.along = points;
+    stage.from_start = true;
+    std::vector<char> at_edge;
+    if (!difference_law(part, law_.law, stage.law, at_edge)) unavailable = Unavailable::no_waves;
+    if (existence == Existence::exists) existence = Existence::by_differences;
+    for (int a = 0; a < own; ++a)
+        if (at_edge[a]) add_edge(Edge::differences_disagree, points[a]);
+    keep_units(stage);
+    add_stage(std::move(stage), -1);
 }
 
 // One hit, from the velocity `now`, which becomes that after it.
 void Derivation::follow_hit(int i, const double* share, int& now, bool along_path) {
     const Law& law = law_.law;
     const int rows = 3 * n_;
-    const double* response = free_response_.data() + 3 * i * nv_;
     double block[9], u[3];
     for (int k = 0; k < 3; ++k) {
         u[k] = dot(given_.problem->J + (3 * i + k) * nv_, velocities_[now].data(), nv_);
         for (int l = 0; l < 3; ++l) block[3 * k + l] = free_W_[(3 * i + k) * rows + 3 * i + l];
     }
-    const auto part = [&](const double* impulse) { return stage_of_hit(i, impulse, now); };
+    const auto part = [&](const double* impulse) { return stage_of_hits({i}, impulse, now); };
     if (along_path) {
         for (int k = 0; k < 3; ++k)
             // Along what bilateral rows hold, slip is rounding, and no friction ends it.
@@ -440,14 +494,10 @@ void Derivation::follow_hit(int i, const double* share, int& now, bool along_pat
             if (found.edges >> k & 1)
                 add_edge(static_cast<Edge>(static_cast<int>(Edge::stuck_at_edge) + k), i);
         Stage stage = part(share);
-        stage.along_path = i;
+        stage.along = {i};
         stage.from_start = from_start;
-        std::copy(found.by, found.by + 36, stage.law);
-        for (int k = 0; k < 3; ++k) {
-            const int unit =
-                keep(std::vector<double>(response + k * nv_, response + (k + 1) * nv_));
-            if (k == 0) stage.units = unit;
-        }
+        stage.law.assign(found.by, found.by + 3 * kPathParameters);
+        keep_units(stage);
         return add_stage(std::move(stage), -1);
     }
     if (law.restitution == Restitution::newton) return add_stage(part(share), i);

@@ -46,6 +46,7 @@ enum class Unavailable {
     coupled,
     no_closed_form,
     no_compression,
+    no_waves,
     functions,
     singular,
 };
@@ -65,6 +66,7 @@ enum class Edge {
     stuck_at_edge,
     slip_ends_with_phase,
     hardly_slips_first,
+    differences_disagree,
 };
 
 // A contact on the edge of its mode, and another one that it is compared with, or −1.
@@ -133,9 +135,12 @@ class Derivation {
     bool find_hits(std::vector<int>& order, std::vector<double>& shares);
     bool find_hits_in_turn(const ContactProblem& contact, std::vector<int>& order,
                            std::vector<double>& shares);
+    bool has_springs() const;
     bool find_hits_at_once(const ContactProblem& contact, std::vector<int>& order,
                            std::vector<double>& shares);
-    Stage stage_of_hit(int point, const double* impulse, int& now);
+    Stage stage_of_hits(const std::vector<int>& points, const double* impulses, int& now);
+    void keep_units(Stage& stage);
+    void follow_waves(const std::vector<int>& points, const double* impulses, int& now);
     void follow_hit(int point, const double* share, int& now, bool along_path);
     void check_stage(int number);
     template <typename S>

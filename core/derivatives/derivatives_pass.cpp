@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/law_slopes.hpp"
 #include "contact/tolerances.hpp"
 #include "derivatives/derivation.hpp"
 #include "linalg/dense.hpp"
@@ -162,7 +163,7 @@ class Derivation::Pass {
             for (int r = 0; r < m; ++r)
                 g_[r] += inner(d_.filling_.data() + r * nv_, x_.data(), nv_);
         for (int r = 0; r < count; ++r) add_row(stage, r);
-        if (stage.along_path >= 0) follow_path(stage);
+        if (!stage.along.empty()) follow_law(stage);
         couple(stage.change, x_, stage.impulses.data(), stage.wrenches[0], stage.first);
     }
 
@@ -213,45 +214,56 @@ class Derivation::Pass {
         met_[velocity].is_used = true;
     }
 
-    // P of one contact by its W, its velocities and its coefficients.
-    void follow_path(const Stage& stage) {
-        const int i = stage.along_path;
-        S P[3], g[12];
-        for (int k = 0; k < 3; ++k)
-            P[k] = P_[3 * i + k] + inner(d_.row(m_ + 3 * i + k), x_.data(), nv_);
-        for (int k = 0; k < 12; ++k)
-            g[k] = stage.law[k] * P[0] + stage.law[12 + k] * P[1] + stage.law[24 + k] * P[2];
-        const int normal = m_ + 3 * i + 2;
-        if (stage.from_start) {
-            g[8] += g[9];
-        } else {
-            add_demand(0, normal, g[9]);
-            for (int j = 0; j < nv_; ++j) before_[j] += d_.row(normal)[j] * g[9];
+    // P of contacts by their W, their velocities and their coefficients.
+    void follow_law(const Stage& stage) {
+        const int points = static_cast<int>(stage.along.size()), rows = 3 * points,
+                  count = law_parameters(points), block = rows * (rows + 1) / 2;
+        const auto row_of = [&](int r) { return 3 * stage.along[r / 3] + r % 3; };
+        std::vector<S> g(count, S{});
+        for (int r = 0; r < rows; ++r) {
+            const S P = P_[row_of(r)] + inner(d_.row(m_ + row_of(r)), x_.data(), nv_);
+            for (int k = 0; k < count; ++k) g[k] += stage.law[r * count + k] * P;
         }
-        for (int k = 0; k < 3; ++k) {
-            add_demand(stage.start, m_ + 3 * i + k, g[6 + k]);
-            for (int j = 0; j < nv_; ++j) end_[j] += d_.row(m_ + 3 * i + k)[j] * g[6 + k];
-        }
-        e_[i] += g[10];
-        slopes_[at_.friction + d_.given_.entries[i]] += g[11];
-        // ∂W_ij = x_iᵀ ∂(J_jᵀ + Aᵀλ_j − M x_j) + ∂(J_i x_j) + λ_iᵀ ∂(A x_j), x_j and λ_j what a
-        // unit impulse along row j does.
-        constexpr int kBlock[6][2] = {{0, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}, {2, 2}};
-        const double* multipliers = d_.free_multipliers_.data() + 3 * i * m_;
-        for (int j = 0; j < 3; ++j) {
-            std::vector<S> x(nv_, S{});
-            for (int k = 0; k < 6; ++k) {
-                if (kBlock[k][1] != j) continue;
-                const int row = kBlock[k][0];
-                const double* unit = d_.velocities_[stage.units + row].data();
-                for (int l = 0; l < nv_; ++l) x[l] += unit[l] * g[k];
-                add_demand(stage.units + j, m_ + 3 * i + row, g[k]);
-                for (int r = 0; r < m_; ++r)
-                    add_demand(stage.units + j, r, multipliers[row * m_ + r] * g[k]);
+        const S *by_free = g.data() + block, *by_start = by_free + rows, *by_e = by_start + points,
+                *by_mu = by_e + points;
+        for (int a = 0; a < points; ++a) {
+            const int i = stage.along[a];
+            if (!stage.from_start) {
+                add_demand(0, m_ + 3 * i + 2, by_start[a]);
+                add_scaled(before_, d_.row(m_ + 3 * i + 2), by_start[a]);
             }
-            const std::vector<double> impulses = d_.unit_impulses(i, j);
+            e_[i] += by_e[a];
+            slopes_[at_.friction + d_.given_.entries[i]] += by_mu[a];
+        }
+        for (int r = 0; r < rows; ++r) {
+            S own = by_free[r];
+            if (stage.from_start && r % 3 == 2) own += by_start[r / 3];
+            add_demand(stage.start, m_ + row_of(r), own);
+            add_scaled(end_, d_.row(m_ + row_of(r)), own);
+        }
+        follow_mobility(stage, g.data());
+    }
+
+    // ∂W_ij = x_iᵀ ∂(J_jᵀ + Aᵀλ_j − M x_j) + ∂(J_i x_j) + λ_iᵀ ∂(A x_j), x_j and λ_j what a unit
+    // impulse along row j does; g by the entries of W.
+    void follow_mobility(const Stage& stage, const S* g) {
+        const int rows = 3 * static_cast<int>(stage.along.size());
+        for (int j = 0; j < rows; ++j) {
+            std::vector<S> x(nv_, S{});
+            for (int i = 0; i <= j; ++i, ++g) {
+                const int row = 3 * stage.along[i / 3] + i % 3;
+                add_scaled(x, d_.velocities_[stage.units + i].data(), *g);
+                add_demand(stage.units + j, m_ + row, *g);
+                for (int r = 0; r < m_; ++r)
+                    add_demand(stage.units + j, r, d_.free_multipliers_[row * m_ + r] * *g);
+            }
+            const std::vector<double> impulses = d_.unit_impulses(stage.along[j / 3], j % 3);
             couple(stage.units + j, x, impulses.data(), stage.wrenches[1 + j], false);
         }
+    }
+
+    void add_scaled(std::vector<S>& to, const double* row, const S& by) const {
+        for (int j = 0; j < nv_; ++j) to[j] += row[j] * by;
     }
 
     struct Met {
@@ -461,8 +473,8 @@ void Derivation::find_wrenches(Stage& stage) const {
         tree.sum(to);
     };
     add(stage.change, stage.impulses.data(), stage.first);
-    for (int j = 0; j < 3 && stage.along_path >= 0; ++j)
-        add(stage.units + j, unit_impulses(stage.along_path, j).data(), false);
+    for (int j = 0; j < 3 * static_cast<int>(stage.along.size()); ++j)
+        add(stage.units + j, unit_impulses(stage.along[j / 3], j % 3).data(), false);
 }
 
 template <typename S>

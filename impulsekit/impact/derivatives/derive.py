@@ -23,6 +23,10 @@ def derivatives(impact: Impact) -> Derivatives:
     frame and moves with it. In a sequence every hit has its own modes; slip along the path is
     differentiated with its parameters. If a restitution function has a method ``derivative``
     of the approach speed, it is used; otherwise finite differences are, and the status reports it.
+    Under ``restitution="lzb"`` and ``slip="compliant"`` contacts stick, slip and part in turn
+    within an impact: there the contact impulses are differenced by the mobilities, velocities and
+    coefficients at the contacts (2n (9n + 13) impacts for n contacts with friction), and all that
+    these depend on is analytic.
     ``derivatives_batch`` and ``vjp`` are the same for many states.
 
     Args:

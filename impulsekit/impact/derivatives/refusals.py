@@ -31,6 +31,7 @@ _EDGES = {
     Edge.stuck_at_edge: "what has stuck is at the edge of its cone",
     Edge.slip_ends_with_phase: "slip ends just as the compression or the impact does",
     Edge.hardly_slips_first: "it hardly slips when it meets",
+    Edge.differences_disagree: "its differences at two lengths disagree, as where a mode ends",
 }
 # Why an impact is not differentiated; {name} is a contact.
 _UNAVAILABLE = {
@@ -53,6 +54,10 @@ _UNAVAILABLE = {
         "it as a Contact"
     ),
     Unavailable.no_compression: ("the compression of this impact has no solution"),
+    Unavailable.no_waves: (
+        "an impact nearby is not solved, of which differences are taken; use finite differences of "
+        "solve with steps of your own"
+    ),
     Unavailable.functions: (
         "not available for scenes with a GapConstraint or a GapContact: they would take second "
         "derivatives of its functions"
@@ -75,16 +80,6 @@ def refuse_what_has_none(scene: Scene) -> None:
     Raises:
         InputError: it says what, and what to do instead.
     """
-    if scene.law.restitution == "lzb" and scene.contacts:
-        raise InputError(
-            'derivatives: not available for restitution="lzb", where contacts part and close '
-            "again as waves meet; use finite differences of solve"
-        )
-    if scene.law.slip == "compliant" and scene.contacts:
-        raise InputError(
-            'derivatives: not available for slip="compliant", whose contacts stick and slip in '
-            "turn within an impact; use finite differences of solve"
-        )
     if any(getattr(contact, "adhesion", 0.0) for contact in scene.contacts):
         raise InputError(
             "derivatives: not available for contacts with adhesion; where they hold, use a "
