@@ -124,28 +124,16 @@ class Block {
         }
     }
 
-    // Add to a body the inertia of links whose masses vary.
-    bool more_of(int body, Inertia<Pack>& more) const {
-        bool found = false;
-        for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
-            const Load& load = scene_.loads[i];
-            if (load.body != body) continue;
-            Pack share{};
-            for (int k = 0; k < kLanes; ++k) share[k] = b_.in.masses.row(row_of(k))[i] - 1.0;
-            const double* m = load.inertia;
-            more.mass += share * load.mass;
-            more.moment += vec3<Pack>(load.moment) * share;
-            more.about = more.about + Sym3<Pack>{share * m[0], share * m[1], share * m[2],
-                                                 share * m[3], share * m[4], share * m[5]};
-            found = true;
-        }
-        return found;
-    }
-
+    // The inertia of a body, with links whose masses vary.
     Inertia<Pack> inertia_at(int body) const {
         Inertia<Pack> own = inertia_of<Pack>(model_.bodies[body]), more;
-        if (scene_.loads.empty() || !more_of(body, more)) return own;
-        return {own.mass + more.mass, own.moment + more.moment, own.about + more.about};
+        for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
+            if (scene_.loads[i].body != body) continue;
+            Pack share{};
+            for (int k = 0; k < kLanes; ++k) share[k] = b_.in.masses.row(row_of(k))[i] - 1.0;
+            more += share_of(inertia_of<Pack>(scene_.loads[i]), share);
+        }
+        return own += more;
     }
 
     // Known impulses on a tree without rows.

@@ -171,14 +171,8 @@ void Derivation::find_inertias() {
         inertias_[k] = given.tree->in_world(k, inertia_of<double>(scene_.model->bodies[k]));
     for (std::size_t i = 0; i < scene_.loads.size() && given.masses; ++i) {
         const Load& load = scene_.loads[i];
-        Inertia<double>& own = inertias_[load.body];
-        const Inertia<double> more = given.tree->in_world(load.body, inertia_of<double>(load));
-        const double share = given.masses[i] - 1.0;
-        own.mass += share * more.mass;
-        own.moment += more.moment * share;
-        const Sym3<double>& a = more.about;
-        own.about = own.about + Sym3<double>{share * a.xx, share * a.xy, share * a.xz,
-                                             share * a.yy, share * a.yz, share * a.zz};
+        inertias_[load.body] += share_of(given.tree->in_world(load.body, inertia_of<double>(load)),
+                                         given.masses[i] - 1.0);
     }
 }
 

@@ -315,6 +315,14 @@ Sym3<S> turned(const Mat3<S>& r, const Sym3<S>& a) {
             k.x.z * r.x.z + k.y.z * r.y.z + k.z.z * r.z.z};
 }
 
+// The same of six entries xx, xy, xz, yy, yz, zz.
+inline void turn_entries(const Mat3<double>& r, const double* from, double* to) {
+    const Sym3<double> i =
+        turned(r, Sym3<double>{from[0], from[1], from[2], from[3], from[4], from[5]});
+    const double entries[6] = {i.xx, i.xy, i.xz, i.yy, i.yz, i.zz};
+    std::memcpy(to, entries, sizeof entries);
+}
+
 // The rotation of a unit quaternion x, y, z, w.
 template <typename S>
 Mat3<S> of_quaternion(const S& i, const S& j, const S& k, const S& u) {

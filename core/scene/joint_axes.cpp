@@ -25,15 +25,10 @@ Site in_body_axes(const Model& model, const Site& given) {
 }
 
 Load in_body_axes(const Model& model, const Load& given) {
-    const Mat3<double> turn = mat3<double>(model.bodies[given.body].turn);
     Load load = given;
     to_body(model, load.body, load.moment);
-    const Mat3<double> to_own = transposed(turn);
-    const double* from = given.inertia;
-    const Sym3<double> i =
-        turned(to_own, Sym3<double>{from[0], from[1], from[2], from[3], from[4], from[5]});
-    const double entries[6] = {i.xx, i.xy, i.xz, i.yy, i.yz, i.zz};
-    std::copy(entries, entries + 6, load.inertia);
+    turn_entries(transposed(mat3<double>(model.bodies[given.body].turn)), given.inertia,
+                 load.inertia);
     return load;
 }
 

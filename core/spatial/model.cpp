@@ -116,10 +116,7 @@ Model model_of(const std::vector<GivenBody>& given, int nq, int nv, const double
         if (body.turns_about_z) write_angles(rotation, body);
         body.mass = from.mass;
         write(to_own * vec3<double>(from.moment), body.moment);
-        const double* i = from.inertia;
-        const Sym3<double> own = turned(to_own, Sym3<double>{i[0], i[1], i[2], i[3], i[4], i[5]});
-        const double entries[6] = {own.xx, own.xy, own.xz, own.yy, own.yz, own.zz};
-        std::copy(entries, entries + 6, body.inertia);
+        turn_entries(to_own, from.inertia, body.inertia);
         last_v[k] = last_v[from.parent];
         for (int d = 0; d < body.freedoms; ++d) {
             const int v = from.v + d;

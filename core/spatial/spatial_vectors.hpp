@@ -40,11 +40,24 @@ struct Inertia {
     Vec3<S> moment;
     Sym3<S> about;
 
+    Inertia& operator+=(const Inertia& b) {
+        mass += b.mass;
+        moment += b.moment;
+        about = about + b.about;
+        return *this;
+    }
     Spatial<S> operator*(const Spatial<S>& v) const {
         return {v.linear * mass + cross(v.angular, moment),
                 about * v.angular + cross(moment, v.linear)};
     }
 };
+
+// A share of an inertia.
+template <typename S>
+Inertia<S> share_of(const Inertia<S>& a, const S& x) {
+    const Sym3<S>& i = a.about;
+    return {a.mass * x, a.moment * x, {i.xx * x, i.xy * x, i.xz * x, i.yy * x, i.yz * x, i.zz * x}};
+}
 
 // About the point from which its own stands at an arm r: I + 2 g·r 1 − g rᵀ − r gᵀ, g = h + m r/2.
 template <typename S>

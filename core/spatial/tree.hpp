@@ -76,13 +76,7 @@ struct Tree {
                         add_entry(a, b, dot(column[b], f), M);
                 }
             }
-            if (body.parent > 0) {
-                const Inertia<S> shifted = shifted_to(gathered[k], arm[k]);
-                Inertia<S>& above = gathered[body.parent];
-                above.mass += shifted.mass;
-                above.moment += shifted.moment;
-                above.about = above.about + shifted.about;
-            }
+            if (body.parent > 0) gathered[body.parent] += shifted_to(gathered[k], arm[k]);
         }
     }
 
