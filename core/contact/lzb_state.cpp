@@ -71,13 +71,6 @@ double LzbState::rises(const LzbContact& c) const {
     return dot(W.data() + c.normal_row * rows_, force.data(), rows_);
 }
 
-double LzbState::swings() const {
-    double most = 1.0;
-    for (const LzbContact& c : contacts)
-        if (c.spring >= 0) most = std::max(most, std::sqrt(c.ratio));
-    return most;
-}
-
 bool LzbState::turns_fast(const double* y) const {
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         const LzbContact& c = contacts[i];

@@ -84,8 +84,6 @@ class LzbState {
         const double rises = -c.gives() * un(c);
         return along(c) - (rises > 0.0 ? 1.0 : c.kept) * c.mu / c.ratio * rises;
     }
-    // How often tangential springs may swing in an impact, beside normal ones.
-    double swings() const;
     // True if a tangential spring that slips turns much faster than normal forces change.
     bool turns_fast(const double* y) const;
     // du_n/dt of a contact under the forces that are there.
