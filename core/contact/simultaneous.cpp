@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
+#include "contact/uniqueness.hpp"
 #include "linalg/dense.hpp"
 
 namespace impulsekit {
@@ -29,6 +30,38 @@ void add_works(const ContactProblem& problem, const double* impulse, const doubl
 void clear_rounding(double* velocity, int rows, double scale) {
     for (int r = 0; r < rows; ++r)
         if (std::abs(velocity[r]) <= tolerance::sums * scale) velocity[r] = 0.0;
+}
+
+// The largest slip of P.
+double slip_of(const ContactProblem& problem, const double* P) {
+    double slip = 0.0;
+    for (int i = 0; i < problem.contacts; ++i)
+        for (int k = 0; k < 2 && P[3 * i + 2] > 0.0; ++k) {
+            const int r = 3 * i + k;
+            const double own =
+                problem.free[r] + dot(problem.W + r * problem.rows(), P, problem.rows());
+            slip = std::max(slip, std::abs(own));
+        }
+    return slip;
+}
+
+// Where Newton's method found no answer, that of all modes of few contacts which slips least; true
+// if it is proven that there is none.
+bool try_all_modes(const ContactProblem& problem, const Law& law, double* xi, double scale,
+                   const Cones& cones, double* P, ConeSolution& found) {
+    if (problem.turning > 0 || problem.adhesion) return false;
+    const Uniqueness all = find_others(problem, law, P);
+    double least = INFINITY;
+    for (const std::vector<double>& other : all.impulses) {
+        const double slip = slip_of(problem, other.data());
+        if (!(slip < least)) continue;
+        least = slip;
+        std::copy(other.begin(), other.end(), P);
+    }
+    if (all.impulses.empty()) return all.verdict == Verdict::all_tried && !all.gains;
+    found.residual = cone_residual(problem.W, problem.rows(), xi, scale, cones, P);
+    found.infeasible = found.immovable = false;
+    return false;
 }
 
 void mark_shared(const ContactProblem& problem, const ConeSolution& found,
@@ -113,6 +146,9 @@ ContactSolution solve_simultaneous(const ContactProblem& problem, const Law& law
     if (newton) add_newtons_shift(problem, xi.data());
     ConeSolution found =
         solve_cones(problem.W, rows, xi.data(), scale, cones, solution.impulse.data());
+    const bool has_none =
+        newton && !found.infeasible && !(found.residual <= tolerance::residual) &&
+        try_all_modes(problem, law, xi.data(), scale, cones, solution.impulse.data(), found);
     multiply(problem.W, rows, solution.impulse.data(), problem.free, solution.after.data());
     add_works(problem, solution.impulse.data(), start, solution.after.data(), solution);
     mark_shared(problem, found, solution);
@@ -140,7 +176,7 @@ ContactSolution solve_simultaneous(const ContactProblem& problem, const Law& law
         work += solution.normal_work[i] + solution.friction_work[i];
         size += std::abs(solution.normal_work[i]) + std::abs(solution.friction_work[i]);
     }
-    if (found.immovable || found.infeasible)
+    if (found.immovable || found.infeasible || has_none)
         solution.status = Status::no_solution;
     else if (!(solution.residual <= tolerance::residual))
         solution.status = Status::not_converged;

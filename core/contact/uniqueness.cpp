@@ -61,6 +61,7 @@ class Search {
         }
         found.impulses = found_;
         found.works = works_;
+        found.gains = gains_;
         return found;
     }
 
@@ -159,7 +160,10 @@ class Search {
             work += own;
             size += std::abs(own);
         }
-        if (gains_energy(P.data(), start, p_.free, rows_, work, size)) return;
+        if (gains_energy(P.data(), start, p_.free, rows_, work, size)) {
+            gains_ = true;
+            return;
+        }
         found_.push_back(P);
         works_.push_back(work);
     }
@@ -297,6 +301,7 @@ class Search {
     std::vector<int> group_;
     std::vector<std::vector<double>> found_;
     std::vector<double> works_;
+    bool gains_ = false;
 };
 
 }  // namespace

@@ -19,6 +19,7 @@ struct Uniqueness {
     Verdict verdict = Verdict::not_searched;
     std::vector<std::vector<double>> impulses;  // P of others, each with other velocities
     std::vector<double> works;                  // the energy that each of them adds [J]
+    bool gains = false;                         // others were found that gain energy
 };
 
 // Beside the answer `impulse`, of contacts at once with slip at the end, each one µ. Poisson's

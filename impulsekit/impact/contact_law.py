@@ -271,7 +271,8 @@ PROVEN, NOT_PROVEN, SEVERAL = "proven", "not proven", "several"
 
 RULE = (
     "the one reached from sticking: what approaches is held still first, and what cannot hold is "
-    "let go; a contact that does not approach gets no impulse unless others press it"
+    "let go; a contact that does not approach gets no impulse unless others press it; where this "
+    "search ends without an answer, the one that slips least"
 )
 RULE_OF_SHARES = (
     "as between equally stiff springs under the contacts (each yields by its own mobility times "

@@ -105,6 +105,20 @@ def test_in_a_plane_it_is_as_all_modes_say(frictions):
     assert counts["several"] >= 2 and counts["one"] >= 10
 
 
+def test_in_a_plane_an_answer_is_found_or_proven_absent():
+    counts = {True: 0, False: 0}
+    for seed in range(200):
+        J, v, e, mu = planar(seed, (1.0, 3.0, 10.0), most=4)
+        every = truths(J, v, e, mu)
+        impact = solved_rows(J, v, e, mu)
+        if not every:
+            assert impact.status is ik.Status.NO_SOLUTION, seed
+        elif any(not gains for _, gains in every):
+            assert impact.status.obeys_law, seed
+        counts[bool(every)] += 1
+    assert counts[True] >= 100 and counts[False] >= 20
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.02])
 def test_small_friction_is_proven_unique(friction):
     rng = np.random.default_rng(0)
