@@ -107,8 +107,7 @@ void add_contact(GivenScene& self, Contact contact) {
         check_body(self.model, contact.ellipse_body);
         to_body(self.model, contact.ellipse_body, contact.along);
     }
-    if ((contact.kind == Contact::shapes || contact.kind == Contact::ball) &&
-        (contact.first.empty() || contact.other.empty()))
+    if (Contact::of_bodies(contact.kind) && (contact.first.empty() || contact.other.empty()))
         throw nb::value_error("a body without pieces");
     if (contact.kind == Contact::functions) ++self.scene.function_contacts;
     self.scene.contacts.push_back(std::move(contact));

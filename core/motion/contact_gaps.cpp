@@ -176,7 +176,7 @@ GapState ContactGaps::measure(const Tree<double>& tree, const Gap& gap, const do
         found.bound = std::abs(found.rate);
         return found;
     }
-    if (gap.kind == Contact::point || gap.kind == Contact::rope) {
+    if (gap.of_frames()) {
         const FramePairMotion b = frame_pair_motion(tree, contact.frames);
         const Vec u = b.wanders - velocity_at(tree, b.other, b.other_place);
         found.rate = dot(b.axes.z, u);
@@ -394,7 +394,7 @@ FramePairMotion ContactGaps::spot(const Tree<double>& tree, const RestingContact
 Spatial<double> ContactGaps::velocity(const Tree<double>& tree, const RestingContact& point,
                                       const double* q, const double* v) const {
     const Gap& gap = gaps_[point.gap];
-    if (gap.kind == Contact::stop || gap.kind == Contact::functions) {
+    if (!gap.of_bodies() && !gap.of_frames()) {
         const int nv = scene_->model->nv;
         const Arena::Scope scope(scratch());
         double* J = scratch().allocate(3 * nv);
@@ -402,8 +402,9 @@ Spatial<double> ContactGaps::velocity(const Tree<double>& tree, const RestingCon
         return {{dot<double>(J, v, nv), dot<double>(J + nv, v, nv), dot<double>(J + 2 * nv, v, nv)},
                 {}};
     }
-    Spatial<double> u = relative_velocity(tree, spot(tree, point, false));
-    if (gap.kind == Contact::rope) u.linear.x = u.linear.y = 0.0;
+    const FramePairState<double> pair = spot(tree, point, false);
+    Spatial<double> u = relative_velocity(tree, pair);
+    if (pair.carrier == Carrier::line) u.linear.x = u.linear.y = 0.0;
     return u;
 }
 
@@ -439,7 +440,7 @@ void ContactGaps::rows(const Tree<double>& tree, const RestingContact& point, co
             turning_bias[2] = rate.angular.z;
         }
     }
-    if (gap.kind == Contact::rope) std::fill(J, J + 2 * nv, 0.0);
+    if (b.carrier == Carrier::line) std::fill(J, J + 2 * nv, 0.0);
 }
 
 }  // namespace impulsekit

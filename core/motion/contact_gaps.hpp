@@ -27,7 +27,8 @@ struct Gap {
     int pointed = -1;
     double reach = 0.0;
 
-    bool of_bodies() const { return kind == Contact::shapes || kind == Contact::ball; }
+    bool of_bodies() const { return Contact::of_bodies(kind); }
+    bool of_frames() const { return Contact::of_frames(kind); }
 };
 
 struct GapFunctions {

@@ -34,7 +34,7 @@ ForcesAt ForcesOfMotion::at(double t, const double* q, const double* v, RestingS
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
         found.entries.push_back(gap.entry);
         found.signs.push_back(gap.sign);
-        const bool has_place = gap.kind != Contact::stop && gap.kind != Contact::functions;
+        const bool has_place = gap.of_bodies() || gap.of_frames();
         const FramePairMotion b = has_place
                                       ? dynamics_.contact_gaps.spot(dynamics_.tree, point, false)
                                       : FramePairMotion();

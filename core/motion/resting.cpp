@@ -124,9 +124,9 @@ std::vector<RestingContact> Motion::micro_bounces(const std::vector<RestingConta
                      pull = acceleration_of(point, now.rate.data() + nq()).z;
         if (!(pull < 0.0 && speed > 0.0)) continue;
         const double duration = -2.0 * speed / pull, height = -0.5 * speed * speed / pull;
-        const bool is_told = !gap.of_bodies() && gap.kind != Contact::functions;
+        const bool is_told = gap.of_frames() || gap.kind == Contact::stop;
         double size = std::abs(gap.limit);
-        if (gap.kind == Contact::point || gap.kind == Contact::rope) {
+        if (gap.of_frames()) {
             const Vec place = dynamics_.tree.world_place(
                 dynamics_.contact_gaps.spot(dynamics_.tree, point, false).place);
             size = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});

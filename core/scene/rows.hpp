@@ -189,16 +189,6 @@ class Rows {
             const Contact& contact = scene.contacts[i];
             const int entry = static_cast<int>(i);
             switch (contact.kind) {
-                case Contact::point: {
-                    const bool varies = point < static_cast<int>(scene.points.size()) &&
-                                        scene.points[point] == entry;
-                    add_point_contact(tree, contact, entry, varies ? point : -1, given);
-                    point += varies;
-                    break;
-                }
-                case Contact::rope:
-                    add_rope(tree, contact, entry);
-                    break;
                 case Contact::stop:
                     add_stop(contact, entry, q, contact.lower, 1.0);
                     add_stop(contact, entry, q, contact.upper, -1.0);
@@ -209,8 +199,15 @@ class Rows {
                 case Contact::ball:
                     add_ball_contact(tree, contact, entry);
                     break;
-                default:
+                case Contact::shapes:
                     add_shape_contacts(tree, contact, entry, given);
+                    break;
+                default: {
+                    const bool varies = point < static_cast<int>(scene.points.size()) &&
+                                        scene.points[point] == entry;
+                    add_frame_contact(tree, contact, entry, varies ? point : -1, given);
+                    point += varies;
+                }
             }
         }
     }
@@ -228,7 +225,7 @@ class Rows {
         return rows.data() + 3 * (contact_frames.size() - 1) * nv();
     }
 
-    void add_point_contact(const Tree<S>& tree, const Contact& contact, int entry, int point,
+    void add_frame_contact(const Tree<S>& tree, const Contact& contact, int entry, int point,
                            const GivenState* given) {
         ContactFrame<S>& t = new_contact_frame(entry);
         static_cast<FramePairState<S>&>(t) = frame_pair_state(tree, contact.frames);
@@ -242,16 +239,10 @@ class Rows {
         }
         t.gap = gap_of(tree, contact, t);
         write_rows(tree, contact);
-    }
-
-    void add_rope(const Tree<S>& tree, const Contact& contact, int entry) {
-        ContactFrame<S>& t = new_contact_frame(entry);
-        static_cast<FramePairState<S>&>(t) = frame_pair_state(tree, contact.frames);
+        if (t.carrier != Carrier::line) return;
         find_line(t, has_line);
-        t.gap = gap_of(tree, contact, t);
         close(t, contact.limit);
-        write_rows(tree, contact);
-        // Nothing acts across a rope.
+        // Nothing acts across a line.
         S* rows = last_rows(J);
         std::fill(rows, rows + 2 * nv(), S{});
     }

@@ -80,6 +80,11 @@ struct Contact {
     int ellipse_body = -1;  // body that is touched, where friction is elliptic, and the direction
     double along[3] = {};   // of its first axis in that body
 
+    // Kinds of the surfaces of two bodies, and of two frames, whose gap is that of `gap_of`.
+    static bool of_bodies(Kind kind) { return kind == shapes || kind == ball; }
+    static bool of_frames(Kind kind) {
+        return !of_bodies(kind) && kind != stop && kind != functions;
+    }
     // The bodies in the order of the entry: of a ball's pair the shape may come first.
     int first_body() const { return (shape.sign < 0.0 ? frames.other : frames.first).body; }
     int other_body() const { return (shape.sign < 0.0 ? frames.first : frames.other).body; }
