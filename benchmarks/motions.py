@@ -161,11 +161,14 @@ def shaken_block() -> list[float]:
     return [_processor(lambda: simulate(scene, q, v, 8.1)) for _ in range(ROUNDS)]
 
 
-def dominoes() -> list[float]:
-    """Five dominoes, of which the first is pushed over, for 0.3 s."""
-    a, b, c, mass, apart = 0.012, 0.025, 0.05, 0.01, 0.03
+# Of a domino: sides [m], mass [kg], and the distance from one to the next [m].
+DOMINO, DOMINO_MASS, APART = (0.012, 0.025, 0.05), 0.01, 0.03
+
+
+def domino_row() -> tuple[Scene, np.ndarray, np.ndarray]:
+    """Five dominoes, of which the first is pushed over."""
     names = [f"d{i}" for i in range(5)]
-    one, floor = solid_box("box", mass, (a, b, c)), Robot.from_urdf(FLOOR)
+    one, floor = solid_box("box", DOMINO_MASS, DOMINO), Robot.from_urdf(FLOOR)
     row = combine(d0=one, d1=one, d2=one, d3=one, d4=one, floor=floor)
     contacts = [Collision(f"{name}/box", "floor/floor", friction=0.4) for name in names]
     contacts += [
@@ -173,8 +176,16 @@ def dominoes() -> list[float]:
         for left, right in pairwise(names)
     ]
     scene = Scene(row, contacts=contacts, gravity=GRAVITY)
-    places = {f"{n}/root_joint": [apart * i, 0, c / 2, 0, 0, 0, 1] for i, n in enumerate(names)}
-    q, v = row.configuration(**places), row.velocity(**{"d0/root_joint": [0.25, 0, 0, 0, 5.0, 0]})
+    high = DOMINO[2] / 2
+    places = {f"{n}/root_joint": [APART * i, 0, high, 0, 0, 0, 1] for i, n in enumerate(names)}
+    v = row.velocity(**{"d0/root_joint": [0.25, 0, 0, 0, 5.0, 0]})
+    return scene, row.configuration(**places), v
+
+
+def dominoes() -> list[float]:
+    """Five dominoes, of which the first is pushed over, for 0.3 s."""
+    scene, q, v = domino_row()
+    (a, b, c), mass, apart = DOMINO, DOMINO_MASS, APART
     bodies = "".join(
         BOX.format(x=apart * i, z=c / 2, a=a / 2, b=b / 2, c=c / 2, mass=mass, mu=0.4)
         for i in range(5)

@@ -211,7 +211,7 @@ bool has_springs(const Law& law) {
 // A law whose coefficients are numbers.
 ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
     if (law.order == Order::sequential) return solve_sequence(problem, law);
-    // Of one contact there are closed forms, unless its spring is damped.
+    // One contact has closed forms, unless its spring is damped.
     const bool is_damped = law.slip == Slip::compliant && problem.contacts == 1 &&
                            problem.damping && problem.damping[0] > 0.0 &&
                            problem.friction[0] > tolerance::negligible &&

@@ -176,7 +176,10 @@ void start_without_noise(const ConeSystem& s, Held& held, double* P, int& steps,
         clear.b[i] = is_noise ? 0.0 : s.b[i];
         is_noisy = is_noisy || is_noise;
     }
-    if (is_noisy) solve_redundant(clear, held, P, steps, arena);
+    if (!is_noisy) return;
+    // Noise is in the sticking answer, too.
+    std::fill(P, P + s.rows, 0.0);
+    solve_redundant(clear, held, P, steps, arena);
 }
 
 }  // namespace impulsekit

@@ -97,7 +97,7 @@ class Differences {
             most = std::max(most, std::abs(half[r]));
             slopes[r * count_ + x.column] = (4.0 * half[r] - whole[r]) / 3.0;
         }
-        // Of a smooth law they differ by the square of the length, at a mode's end by it.
+        // A smooth law's differ by the square of the length, at a mode's end by it.
         if (off > kShift * most) edges[x.contact] = 1;
     }
 

@@ -7,7 +7,7 @@
 namespace impulsekit {
 namespace {
 
-// What the deflection of a tangential spring lacks to all its friction: it sticks up to there.
+// Deflection that a tangential spring lacks to all its friction: it sticks up to there.
 double friction_left(const LzbContact& c, const double* y, double depth) {
     return c.mu * depth - std::hypot(y[c.spring], y[c.spring + 1]);
 }
@@ -41,7 +41,7 @@ void begin_spring(const LzbState& state, LzbContact& c, double* y) {
     for (int k = 0; k < 2 && slips; ++k) c.last[k] = state.u[c.tangents + k] / state.slip(c);
 }
 
-// That of a contact that was held carries on from its friction.
+// The spring of a contact that was held carries on from its friction.
 void load_spring(const LzbState& state, LzbContact& c, double* y, double depth) {
     if (c.spring < 0) return;
     for (int k = 0; k < 2; ++k)

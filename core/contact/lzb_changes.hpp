@@ -1,4 +1,4 @@
-// What contacts do while their impulses grow: they close, load, turn, part, stick and slip.
+// Changes of contacts while their impulses grow: they close, load, turn, part, stick and slip.
 #pragma once
 
 #include "contact/lzb_state.hpp"

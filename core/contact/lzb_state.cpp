@@ -43,7 +43,7 @@ LzbState::LzbState(const ContactProblem& problem, const Law& law)
         if (c.ratio < INFINITY) c.spring = size_, size_ += 2;
     for (LzbContact& c : contacts)
         if (c.rubs()) c.work = size_++;
-    // Where none has a stiffness all are equally stiff.
+    // Without any stiffness all are equally stiff.
     for (int i = 0; i < n && problem.stiffness; ++i)
         if (problem.stiffness[i] > 0.0)
             contacts[i].stiffness =

@@ -45,7 +45,7 @@ double slip_of(const ContactProblem& problem, const double* P) {
     return slip;
 }
 
-// Where Newton's method found no answer, that of all modes of few contacts which slips least; true
+// The answer of all modes of few contacts that slips least, where Newton's method found none; true
 // if it is proven that there is none.
 bool try_all_modes(const ContactProblem& problem, const Law& law, double* xi, double scale,
                    const Cones& cones, double* P, ConeSolution& found) {

@@ -74,7 +74,7 @@ class Impact {
             const double terms = steps_->terms_of(p_.A + r * nv_, speeds);
             speed = std::max(speed, std::abs(demand[r]) + terms * (p_.wider ? p_.wider[r] : 1.0));
         }
-        // What dependent rows lack of their demands is the inaccuracy of the model, and is left.
+        // Demands that dependent rows miss are the inaccuracy of the model, and are left.
         s_.apart = mass_.apply_multipliers(demand_, steps_->start, s_.multipliers.data()).apart;
         if (!(s_.apart > tolerance::contradiction * speed)) return true;
         s_.failure = ImpactSolution::Failure::contradiction;

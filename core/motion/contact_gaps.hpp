@@ -21,7 +21,7 @@ struct Gap {
     double rests = 0.0;    // points that part more slowly rest [m/s]
     double deepest = 0.0;  // an overlap above this is no motion that is right [m]
     bool turns = false, has_condition = false;
-    // Of bodies: the radius of a ball around the smaller one [m]; which of them consists of points
+    // Radius, for bodies, of a ball around the smaller one [m]; which of them consists of points
     // alone, with a radius around them: 0, 1 or neither (−1); how far that reaches [m].
     double smaller = 0.0;
     int pointed = -1;

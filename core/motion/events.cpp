@@ -84,7 +84,7 @@ double advance_to_zero(Measure measure, double begin, const GapState& left, doub
 
 // When a gap falls to zero; time advances by what is surely free of it, part by part: no gap closes
 // faster than the bodies' points move, and one with a smooth rate no faster than g + ġ s − A s²/2.
-// Where that gets nowhere, `unsure` says from when on nothing is known. `nodes`: the gap at the
+// `unsure` says from when on nothing is known, if that gets nowhere. `nodes`: the gap at the
 // start, the middle and the end; `start`: at the start as `measure` has it.
 template <typename Measure>
 double first_zero(const Step& step, double until, bool smooth, const GapState* nodes,

@@ -1,4 +1,4 @@
-// What ends a step of a motion.
+// Events that end a step of a motion.
 #pragma once
 
 namespace impulsekit {

@@ -101,7 +101,7 @@ class Kinks {
         bool is_one_sided, is_damped;
         double force, limit, beyond, zone, rate;
 
-        // How a spring within its zone acts.
+        // The action of a spring within its zone.
         Side inside() const { return is_damped && force < 0.0 ? Side::slack : Side::acts; }
     };
     Kinked at(int k, const Tree<double>& tree, const double* q, const double* v) const;

@@ -14,7 +14,7 @@ struct SlipState {
     bool moves = false;
     double direction[2] = {};  // unit vector in the tangents; of a spin its sign
 
-    // That of a velocity, which is none below `none`.
+    // Direction of a velocity, which is none below `none`.
     static SlipState of(double a, double b, double none) {
         const double speed = std::hypot(a, b);
         return speed > none ? SlipState{true, {a / speed, b / speed}} : SlipState();
@@ -41,8 +41,8 @@ struct RestingContact {
     }
 };
 
-// What rests: points in the order of their gaps, and joints with dry friction (−1, 1: moving that
-// way; 0: sticking); and the torques that are set from outside meanwhile.
+// All that rests: points in the order of their gaps, and joints with dry friction (−1, 1: moving
+// that way; 0: sticking); and the torques that are set from outside meanwhile.
 struct RestingState {
     std::vector<RestingContact> points;
     std::vector<signed char> dry;

@@ -19,7 +19,7 @@ void find_line(const FramePairState<S>& pair, bool* has_line) {
             has_line[k] = false;
 }
 
-// How much longer the vectors of an entry are than its rows: a vector is as long as its longest
+// Length of the vectors of an entry over that of its rows: a vector is as long as its longest
 // axis, held or not. Of one that is shorter than rounding (`least` [m]) rows are cleared. `six`:
 // (6, nv) of the pair; `A` (count, nv) and `wider` (count) of the entry.
 template <typename S>

@@ -173,7 +173,7 @@ void add_wrenches(const FramePairState<S>& pair, const Spatial<S>& impulse, Tree
     other.angular -= m;
 }
 
-// What a place has of rounding, as a length of rows [m].
+// Rounding of a place, as a length of rows [m].
 template <typename S>
 S rounding_of(const Vec3<S>& place) {
     return number<S>(tolerance::sums) * (number<S>(1.0) + root(dot(place, place)));

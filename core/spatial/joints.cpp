@@ -117,7 +117,7 @@ void configuration_rate(const Model& model, const double* q, const double* v, do
 }
 
 void slopes_by_entries(const Model& model, const double* q, const double* slopes, double* to) {
-    // Of a quaternion Eᵀ E = 1/4.
+    // A quaternion has Eᵀ E = 1/4.
     along_tangent(model, q, slopes, 4.0, to);
 }
 

@@ -158,7 +158,7 @@ void normalize_configuration(const Model& model, double* q);
 // and its opposite are one rotation.
 void choose_signs(const Model& model, const double* near, double* q);
 
-// How far q went from another along an entry of v; 0 of one that follows another.
+// Distance of q from another along an entry of v; 0 of one that follows another.
 double coordinate_difference(const Model& model, int v, const double* from, const double* to);
 
 // The entries of q behind an entry of v that is an angle or a length.

@@ -29,7 +29,7 @@ struct JointType {
 
     int coordinates() const;
     int freedoms() const;
-    // Of its i-th entry of v: see Slot.
+    // Its i-th entry of v: see Slot.
     int direction(int i) const;
     // True if it moves along z and about z alone, which is then the axis that is given.
     bool has_axis() const;

@@ -142,7 +142,7 @@ struct Tree {
         }
     }
 
-    // Of an ellipsoid.
+    // An ellipsoid's.
     Spatial<S> column_slope(int k, int i, int j) const {
         return slope_of_column(column.data() + model.bodies[k].slot, bend.data() + 3 * k, i, j);
     }
