@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/shapes.hpp"
+#include "linalg/dense.hpp"
 #include "scene/constraint_rows.hpp"
 #include "scene/contact_frame.hpp"
 
@@ -158,9 +159,8 @@ class Rows {
                               wider.data(), has_line);
         for (int r = 0; r < scene.rows(); ++r) {
             target[r] = number<S>(scene.velocity[r]);
-            if (!scene.kept[r]) continue;
-            target[r] = S{};
-            for (int i = 0; i < nv(); ++i) target[r] += A[r * nv() + i] * v[i];
+            // Summed up as where it is demanded: what is kept demands nothing, to the last bit.
+            if (scene.kept[r]) target[r] = dot(A.data() + r * nv(), v, nv());
         }
         for (const Held& held : scene.held)
             if (held.stop >= 0) yield_to_stop(held, v);
