@@ -11,8 +11,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 OPEN, LOADS, UNLOADS = range(3)
-# A contact is followed from this depth on, times its approach, and down to the other one.
-BEGUN, SPENT = 1e-9, 1e-6
+# A contact is followed from this depth on, times its approach, and down to the other one; that it
+# begins so much ahead of those that stick is the error of what is found.
+BEGUN, SPENT = 1e-10, 1e-6
 # A phase that begins on the edge of sticking leaves it by more than this.
 ROUNDING = 1e-13
 
