@@ -31,7 +31,7 @@ def generalized_inverse(numbers: Arithmetic, matrix: Array) -> tuple[Array, int]
     rank = 0
     pivots: list[tuple[int, int]] = []
     for _ in range(size):
-        left = np.abs(work[np.ix_(rows, columns)]).astype(float)
+        left = np.abs(work[np.ix_(rows, columns)].astype(float))
         at = int(left.argmax())
         row, column = rows[at // len(columns)], columns[at % len(columns)]
         largest = float(left.flat[at])

@@ -67,8 +67,7 @@ class Arithmetic:
         if int(digits) != digits or digits < 16:
             raise RangeError.of("digits", digits, "a whole number from 16 up")
         with MissingExtraError.unless("mpmath", "reference", f"arithmetic of {digits} digits"):
-            from mpmath import MPContext
-        context = MPContext()
+            context = _context_for_arrays()
         context.dps = int(digits)
         return cls(f"mpmath, {digits} digits", np.dtype(object), context.eps, context)
 
@@ -252,6 +251,20 @@ class Arithmetic:
             along = self.solve_symmetric(null.T @ null, null.T @ solution, impossible)
             solution = solution - null @ along
         return solution, len(chosen)
+
+
+def _context_for_arrays() -> Any:
+    """A context of mpmath whose numbers leave products with arrays to numpy at once."""
+    from mpmath import MPContext
+
+    class Context(MPContext):
+        def npconvert(self, value: Any) -> Any:
+            # mpmath's own writes the whole array into an error first.
+            if isinstance(value, np.ndarray):
+                raise TypeError("an array is no number")
+            return super().npconvert(value)
+
+    return Context()
 
 
 def read_only(*arrays: Array) -> None:
