@@ -181,7 +181,7 @@ class Sequence {
         solution_.normal_work[i] += normal;
         solution_.friction_work[i] += friction;
         solution_.residual = std::max(solution_.residual, residual);
-        hits_.push_back({i, {impulse[0], impulse[1], impulse[2]}});
+        hits_.push_back({i, {impulse[0], impulse[1], impulse[2]}, normal, friction});
         // From what moved last: sums of all impulses would hide ever smaller hits in rounding.
         for (int r = 0; r < rows_; ++r)
             solution_.after[r] += dot(problem_.W + r * rows_ + 3 * i, impulse, 3);
@@ -202,16 +202,34 @@ class Sequence {
         return 0;
     }
 
+    // What the works of contacts (2 n: along normals, of friction) in the last two periods go on to
+    // add: those of a velocity that stays fall with r, those of what falls itself with r².
+    void add_works(const std::vector<double>& before, const std::vector<double>& last,
+                   double ratio) {
+        const double square = ratio * ratio;
+        for (int k = 0; k < 2 * n_; ++k) {
+            const double falling = (last[k] - ratio * before[k]) / (square - ratio),
+                         staying = before[k] - falling,
+                         more = staying * square / (1.0 - ratio) +
+                                falling * square * square / (1.0 - square);
+            (k % 2 == 0 ? solution_.normal_work : solution_.friction_work)[k / 2] += more;
+        }
+    }
+
     // Sum a series of steady ratio: impulses of the last period, times r/(1 − r). What the sum is
     // off, later hits answer.
     void jump() {
         const int p = period(), count = static_cast<int>(hits_.size());
         if (p == 0) return;
         std::vector<double> last(rows_, 0.0), before(rows_, 0.0);
+        std::vector<double> last_works(2 * n_, 0.0), works_before(2 * n_, 0.0);
         for (int k = 1; k <= 2 * p; ++k) {
             const Hit& own = hits_[count - k];
             double* sum = k <= p ? last.data() : before.data();
             for (int j = 0; j < 3; ++j) sum[3 * own.contact + j] += own.impulse[j];
+            double* works = (k <= p ? last_works : works_before).data() + 2 * own.contact;
+            works[0] += own.normal_work;
+            works[1] += own.friction_work;
         }
         double ratio =
             dot(last.data(), before.data(), rows_) / dot(before.data(), before.data(), rows_);
@@ -221,19 +239,13 @@ class Sequence {
         double left = 1.0 - ratio;
         if (off / (left * left) > tolerance::handed_on * largest(solution_.impulse.data(), rows_))
             return;
-        std::vector<double> start = solution_.after;
+        add_works(works_before, last_works, ratio);
         for (int r = 0; r < rows_; ++r) {
             last[r] *= ratio / left;
             solution_.impulse[r] += last[r];
         }
         for (int r = 0; r < rows_; ++r)
             solution_.after[r] += dot(problem_.W + r * rows_, last.data(), rows_);
-        for (int i = 0; i < n_; ++i)
-            for (int k = 0; k < 3; ++k) {
-                int r = 3 * i + k;
-                double work = 0.5 * last[r] * (start[r] + solution_.after[r]);
-                (k == 2 ? solution_.normal_work : solution_.friction_work)[i] += work;
-            }
         hits_.clear();
     }
 

@@ -8,7 +8,8 @@ namespace impulsekit {
 // One hit of a sequence.
 struct Hit {
     int contact;
-    double impulse[3];  // [N s]
+    double impulse[3];                  // [N s]
+    double normal_work, friction_work;  // [J]
 };
 
 // Known impulses act first; each hit starts from the velocities that the last one left. The fastest

@@ -80,10 +80,17 @@ MIXED = pin.Quaternion(0.8, 0.1, -0.3, 0.5).normalized().coeffs()
 
 
 def two_bodies(first, other, way, **collision):
-    """Two free bodies, the first away from the other by ``way``, that approach each other."""
+    """Two free bodies, the first away from the other by ``way``, that approach each other.
+
+    All of it is turned in the world.
+    """
     kinds = [ik.Robot.from_urdf(f"models/{kind}.urdf", root="freeflyer") for kind in (first, other)]
     world, way = ik.combine(a=kinds[0], b=kinds[1]), np.array(way)
-    q = world.configuration({"a/root_joint": [*way, *MIXED], "b/root_joint": [0, 0, 0, 0, 0, 0, 1]})
+    turn = pin.Quaternion(0.4, -0.6, 0.2, 0.7).normalized()
+    own = (turn * pin.Quaternion(MIXED)).coeffs()
+    q = world.configuration(
+        {"a/root_joint": [*turn.matrix() @ way, *own], "b/root_joint": [0, 0, 0, *turn.coeffs()]}
+    )
     v = np.random.default_rng(1).normal(size=12)
     v[:3] -= 4.0 * pin.Quaternion(MIXED).matrix().T @ way / np.linalg.norm(way)
     names = (f"a/{kinds[0].links[-1].name}", f"b/{kinds[1].links[-1].name}")

@@ -75,6 +75,9 @@ def test_walls_that_give_back_less_bring_what_is_between_them_to_rest(e):
     impact = solved_rows(WALLS, [-1.0], e, law=NEWTON)
     assert impact.is_valid() and np.abs(impact.v_after).max() < 1e-12
     assert in_own_rows(impact)[2::3] == pytest.approx([1 / (1 - e), e / (1 - e)], rel=1e-9)
+    # All of 1/2 is lost, the first wall's share of it is 1/(1 + e²).
+    works = [contact.work for contact in impact.contacts]
+    assert works == pytest.approx([-0.5 / (1 + e * e), -0.5 * e * e / (1 + e * e)], rel=1e-9)
 
 
 @every_law
@@ -98,6 +101,27 @@ def test_contacts_that_are_alike_are_hit_by_their_order_and_that_is_told():
     for other in impact.uniqueness.others:
         assert other == pytest.approx(impact.v_after * [1, -1], abs=1e-13)
     assert solved_rows(J, [-1.0, 0.0], [0.5, 0.4], law=NEWTON).uniqueness.proven
+
+
+def test_which_of_equally_fast_contacts_comes_first_is_the_same_in_turned_axes():
+    """It is the one whose normal impulse has more effect on its slip."""
+    told = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        J, v = rng.normal(size=(6, 6)), rng.normal(size=6)
+        J[2::3] /= np.linalg.norm(J[2::3], axis=1)[:, None]
+        apart, both = J[2] - J[5], J[2] + J[5]
+        # In the directions of both normals equally fast.
+        v -= apart * (apart @ v) / (apart @ apart) + both * (both @ v + 1.0) / (both @ both)
+        found = []
+        for angle in (0.0, *rng.uniform(0.0, 2.0 * np.pi, 2)):
+            turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+            rows = np.r_[turn @ J[:2], J[2:3], turn.T @ J[3:5], J[5:]]
+            found.append(solved_rows(rows, v, 0.5, 0.4, law=NEWTON))
+        for other in found[1:]:
+            assert other.v_after == pytest.approx(found[0].v_after, abs=1e-10)
+        told.append(found[0].uniqueness.proven)
+    assert any(told)
 
 
 @pytest.mark.parametrize("slip", ["end", "path"])
