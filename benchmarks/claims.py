@@ -245,6 +245,7 @@ TABLE: tuple[_Row, ...] = (
         at_least=True,
     ),
     OfJob("motion", "Solo12 standing, 1000 steps / simulate", motions.stepped, 1.5),
+    OfJob("motion", "PD loop of Solo12 at 1 kHz / mujoco", motions.controlled, 3.0),
     OfJob("motion", "block shaken at its sole for 8.1 s", motions.shaken_block, 1.0, "s"),
     OfProblem("guard", "struck robot", "struck robot 9", SOLVE, CRBA, 1.6),
     OfProblem("guard", "struck robot", "struck robot 38", SOLVE, CRBA, 1.3),

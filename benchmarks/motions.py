@@ -43,6 +43,8 @@ GRAVITY = (0.0, 0.0, -9.81)
 STEP = 1e-3
 # How often times are measured, and how many tosses are one measurement.
 ROUNDS, TOSSES = 3, 12
+# Steps of a control loop that are one measurement.
+CONTROLS = 200
 PLANE = '<geom type="plane" size="0 0 1" friction="{mu} .005 .0001"/>'
 BOX = (
     '<body pos="{x} 0 {z}"><freejoint/><geom type="box" size="{a} {b} {c}" mass="{mass}"'
@@ -248,19 +250,26 @@ def threads() -> list[float]:
     return [seconds(1) / seconds(2) for _ in range(ROUNDS)]
 
 
-def stepped() -> list[float]:
-    """Steps of 1 ms of Solo12 standing, by ``Simulation`` over one ``simulate`` of the whole."""
+def _standing() -> tuple[Scene, np.ndarray]:
+    """Solo12 on its four feet."""
     solo = Robot.from_example("solo12", root="freeflyer")
     legs = ("FL", "FR", "HL", "HR")
     feet = [Contact(f"{leg}_FOOT", friction=0.6) for leg in legs]
     bend = {f"{leg}_HFE": 0.8 for leg in legs} | {f"{leg}_KFE": -1.6 for leg in legs}
     q = solo.configuration(root_joint=[0, 0, 0, 0, 0, 0, 1], **bend)
     q[2] -= min(solo.placement(q, foot.frame).position[2] for foot in feet)
+    return Scene(solo, contacts=feet), q
+
+
+def stepped() -> list[float]:
+    """Steps of 1 ms of Solo12 standing, by ``Simulation`` over one ``simulate`` of the whole."""
+    scene, q = _standing()
+    solo = scene.robot
     holds = [
         JointSpring(joint, 50.0, 1.0, rest=q[solo.model.joints[solo.joint_id(joint)].idx_q])
         for joint in solo.joint_names[1:]
     ]
-    scene, v = Scene(solo, contacts=feet, forces=holds), solo.velocity()
+    scene, v = scene.replace(forces=holds), solo.velocity()
 
     def by_steps() -> None:
         sim = Simulation(scene, q, v)
@@ -270,3 +279,33 @@ def stepped() -> list[float]:
     return [
         _processor(by_steps) / _processor(lambda: simulate(scene, q, v, 1.0)) for _ in range(ROUNDS)
     ]
+
+
+def controlled() -> list[float]:
+    """A PD loop at 1 kHz that holds Solo12 on its feet, over the same with MuJoCo's steps."""
+    if importlib.util.find_spec("mujoco") is None:
+        return []
+    import mujoco
+
+    from .landing_rank import CROUCHED, solo12
+
+    scene, q = _standing()
+    sim = Simulation(scene, q, scene.robot.velocity(), record=False)
+    model = solo12()
+    model.opt.timestep = STEP
+    data, torques = mujoco.MjData(model), np.zeros(scene.robot.nv)
+    data.qpos[2], data.qpos[7:] = q[2], CROUCHED
+
+    def ours() -> None:
+        for _ in range(CONTROLS):
+            torques[6:] = 20.0 * (q[7:] - sim.q[7:]) - 0.5 * sim.v[6:]
+            sim.control(torques).step(STEP)
+
+    def theirs() -> None:
+        for _ in range(CONTROLS):
+            data.qfrc_applied[6:] = 20.0 * (CROUCHED - data.qpos[7:]) - 0.5 * data.qvel[6:]
+            mujoco.mj_step(model, data)
+
+    ours()
+    theirs()
+    return [_processor(ours) / _processor(theirs) for _ in range(5 * ROUNDS)]

@@ -62,6 +62,8 @@ class Stepper {
         keeps_J_ = false;
         last_ = Step();
     }
+    // Behind a jump of rates whose slopes stay: the last step foretells nothing.
+    void jump() { last_ = Step(); }
     // True if the last rate of the last step was that of its end.
     bool ended_last() const { return implicit_ || is_dopri5_; }
     // A step of this length whatever its error, to a time within one that was made.

@@ -11,13 +11,23 @@ namespace impulsekit {
 // LU with partial pivoting in place; false where a pivot is zero.
 bool factor_lu(double* a, int n, int* pivot);
 
+// Σ term(i), in four sums side by side: one alone would wait for each addition.
+template <typename Term>
+auto sum_of(int n, Term term) {
+    decltype(term(0)) total[4] = {};
+    int i = 0;
+    for (; i + 4 <= n; i += 4)
+        for (int k = 0; k < 4; ++k) total[k] += term(i + k);
+    for (; i < n; ++i) total[0] += term(i);
+    return (total[0] + total[1]) + (total[2] + total[3]);
+}
+
 // Solve with the factors of `factor_lu`, in place; of eight sets of numbers side by side, too.
 template <typename S>
 void solve_lu(const double* lu, const int* pivot, int n, S* x) {
     const auto subtract = [&](int i, int from, int to) {
-        S total{};
-        for (int j = from; j < to; ++j) total += lu[i * n + j] * x[j];
-        x[i] -= total;
+        const double* row = lu + i * n;
+        x[i] -= sum_of(to - from, [&](int j) -> S { return row[from + j] * x[from + j]; });
     };
     for (int k = 0; k < n; ++k) std::swap(x[k], x[pivot[k]]);
     for (int i = 0; i < n; ++i) subtract(i, 0, i);
@@ -38,17 +48,6 @@ void solve_pivoted(const double* l, const int* order, int n, int rank, double* x
 // (n, n) the orthogonal projector onto the null space of A, from its pivoted factor.
 void null_projector(const double* l, const int* order, int n, int rank, double* projector,
                     Arena& arena);
-
-// Σ term(i), in four sums side by side: one alone would wait for each addition.
-template <typename Term>
-auto sum_of(int n, Term term) {
-    decltype(term(0)) total[4] = {};
-    int i = 0;
-    for (; i + 4 <= n; i += 4)
-        for (int k = 0; k < 4; ++k) total[k] += term(i + k);
-    for (; i < n; ++i) total[0] += term(i);
-    return (total[0] + total[1]) + (total[2] + total[3]);
-}
 
 template <typename S>
 S dot(const S* x, const S* y, int n) {

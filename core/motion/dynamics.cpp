@@ -37,6 +37,8 @@ Dynamics::Dynamics(const MotionScene& own)
     M_.resize(nv * nv);
     load_.resize(nv);
     start_.resize(nv);
+    target_.resize(constraints.rows());
+    demand_.resize(constraints.rows());
     multipliers.resize(constraints.rows());
     unique.assign(constraints.rows(), 1);
     dry_torque.assign(own.dry.size(), 0.0);
@@ -77,6 +79,7 @@ const std::vector<double>& Dynamics::mass_matrix() {
 
 bool Dynamics::correct(const Correction& correction, double* v) {
     const int nv = scene.scene.model->nv, count = static_cast<int>(correction.change.size());
+    is_prepared_ = false;
     std::vector<int> vectors(count);
     std::iota(vectors.begin(), vectors.end(), 0);
     if (!mass_.factor(mass_matrix().data(), scene.scene.model->parent_v.data(), nv,
@@ -89,7 +92,8 @@ bool Dynamics::correct(const Correction& correction, double* v) {
     return true;
 }
 
-// τ − h: forces, weight, and what velocities ask for; the tree is left with rates.
+// τ − h without torques from outside: forces, weight, and what velocities ask for; the tree is left
+// with rates.
 void Dynamics::write_load(double t, const double* q, const double* v, const RestingState& rest) {
     const int nv = scene.scene.model->nv;
     std::fill(load_.begin(), load_.end(), 0.0);
@@ -103,7 +107,6 @@ void Dynamics::write_load(double t, const double* q, const double* v, const Rest
     }
     tree.bias(v, scene.gravity, along);
     for (int i = 0; i < nv; ++i) load_[i] -= along[i];
-    for (std::size_t i = 0; i < rest.controls.size(); ++i) load_[i] += rest.controls[i];
     for (std::size_t j = 0; j < scene.dry.size(); ++j) {
         dry_torque[j] = -rest.dry[j] * scene.dry[j].bound;
         dry_rate[j] = 0.0;
@@ -113,8 +116,8 @@ void Dynamics::write_load(double t, const double* q, const double* v, const Rest
 
 // Let the bilateral rows hold what `start`, half-solved, would make of them; false where they
 // contradict each other.
-bool Dynamics::hold(double* start, double* target) {
-    const auto [apart, terms] = mass_.apply_multipliers(target, start, multipliers.data());
+bool Dynamics::hold(double* start) {
+    const auto [apart, terms] = mass_.apply_multipliers(demand_.data(), start, multipliers.data());
     return !(apart > tolerance::contradiction * terms + tolerance::at_rest * squares_);
 }
 
@@ -142,37 +145,70 @@ void Dynamics::write_rest_rows(const double* q, const double* v, const RestingSt
     int row = 3 * (n + k);
     for (std::size_t j = 0; j < rest.dry.size(); ++j)
         if (rest.dry[j] == 0) J_[row++ * nv + scene.dry[j].v] = 1.0;
+    condense(3 * (n + k));
 }
 
-DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v, RestingState& rest,
-                                     double* a) {
+// All that does not depend on torques from outside: loads, the factor of M, rows and W.
+DynamicsFailure Dynamics::prepare(double t, const double* q, const double* v,
+                                  const RestingState& rest) {
     ++evaluations;
     const int nv = scene.scene.model->nv, m = constraints.rows();
-    velocity_ = v;
+    is_prepared_ = false;
     set_state(q, v);
     write_load(t, q, v, rest);
-    Arena::Scope scope(scratch());
-    double *target = scratch().allocate(m), *speed = scratch().allocate(m);
     if (m > 0) {
+        Arena::Scope scope(scratch());
+        double* speed = scratch().allocate(m);
         constraints.fill(tree, q, v);
-        constraints.speeds(t, speed, target);
-        for (int r = 0; r < m; ++r) target[r] -= constraints.bias()[r];
+        constraints.speeds(t, speed, target_.data());
+        for (int r = 0; r < m; ++r) target_[r] -= constraints.bias()[r];
         const double fastest = largest(v, nv);
         squares_ = largest(constraints.A(), m * nv) * fastest * fastest;
     }
     if (!mass_.factor(mass_matrix().data(), scene.scene.model->parent_v.data(), nv,
                       {m, constraints.A(), constraints.vectors(), constraints.wider()}))
         return DynamicsFailure::singular_mass;
-    mass_.fill(target, load_.data());
+    mass_.fill(target_.data(), load_.data());
+    if (m > 0) unique = mass_.rows().unique();
+    rows_ = 0;
+    if (rest.acts()) write_rest_rows(q, v, rest);
+    t_ = t;
+    state_.assign(q, q + scene.scene.model->nq);
+    state_.insert(state_.end(), v, v + nv);
+    rest_ = rest;
+    is_prepared_ = true;
+    return DynamicsFailure::none;
+}
+
+bool Dynamics::is_known(double t, const double* q, const double* v,
+                        const RestingState& rest) const {
+    const auto same = [](const RestingContact& x, const RestingContact& y) {
+        return x.is_same_point(y);
+    };
+    return is_prepared_ && t == t_ && rest.dry == rest_.dry &&
+           std::equal(rest.points.begin(), rest.points.end(), rest_.points.begin(),
+                      rest_.points.end(), same) &&
+           std::equal(q, q + scene.scene.model->nq, state_.begin()) &&
+           std::equal(v, v + scene.scene.model->nv, state_.end() - scene.scene.model->nv);
+}
+
+DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v, RestingState& rest,
+                                     double* a) {
+    const DynamicsFailure failure = prepare(t, q, v, rest);
+    return failure == DynamicsFailure::none ? accelerate_again(rest, a) : failure;
+}
+
+DynamicsFailure Dynamics::accelerate_again(RestingState& rest, double* a) {
+    const int nv = scene.scene.model->nv;
     double* start = start_.data();
     std::copy(load_.begin(), load_.end(), start);
+    for (std::size_t i = 0; i < rest.controls.size(); ++i) start[i] += rest.controls[i];
     mass_.mass().half(start);
     std::fill(multipliers.begin(), multipliers.end(), 0.0);
-    if (m > 0) unique = mass_.rows().unique();
-    if (!hold(start, target)) return DynamicsFailure::contradiction;
+    demand_ = target_;
+    if (!hold(start)) return DynamicsFailure::contradiction;
     if (rest.acts()) {
-        write_rest_rows(q, v, rest);
-        const DynamicsFailure failure = rest_forces(rest, start, target);
+        const DynamicsFailure failure = rest_forces(rest, start);
         if (failure != DynamicsFailure::none) return failure;
     } else {
         F.clear(), rate.clear(), slip.clear(), moment.clear(), turn_rate.clear(), turning.clear();
@@ -182,15 +218,15 @@ DynamicsFailure Dynamics::accelerate(double t, const double* q, const double* v,
     return DynamicsFailure::none;
 }
 
-// Bias and W of the rows of what rests, under the bilateral rows.
-void Dynamics::condense(const double* start, int threes, double* free, double* W) {
+// W of the rows of what rests, under the bilateral rows.
+void Dynamics::condense(int threes) {
     const int nv = scene.scene.model->nv;
     Arena::Scope scope(scratch());
     half_contacts_ = J_;
-    for (int r = 0; r < rows_; ++r) mass_.mass().half(half_contacts_.data() + r * nv);
+    for (int r = 0; r < threes; r += 3) mass_.mass().half<3>(half_contacts_.data() + r * nv);
+    for (int r = threes; r < rows_; ++r) mass_.mass().half(half_contacts_.data() + r * nv);
     left_ = half_contacts_;
-    for (int r = 0; r < rows_; ++r)
-        free[r] = bias_[r] + dot(half_contacts_.data() + r * nv, start, nv);
+    W_.resize(rows_ * rows_);
     // Points have three rows each, a joint one.
     mass_.project_out_constraints(half_contacts_.data(), threes, left_.data());
     for (int r = threes; r < rows_; ++r)
@@ -204,16 +240,16 @@ void Dynamics::condense(const double* start, int threes, double* free, double* W
         while (last[i] > first[i] && row[last[i] - 1] == 0.0) --last[i];
         for (int j = 0; j <= i; ++j) {
             const int from = std::max(first[i], first[j]), to = std::min(last[i], last[j]);
-            W[i * rows_ + j] = W[j * rows_ + i] =
+            W_[i * rows_ + j] = W_[j * rows_ + i] =
                 from < to ? dot(row + from, left_.data() + j * nv + from, to - from) : 0.0;
         }
     }
 }
 
 // Bounds of friction, directions of slip and pulls of what rests; pulls act on the bias.
-void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, const double* W,
-                            double* free) {
+void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, double* free) {
     const int nv = scene.scene.model->nv;
+    const double *v = state_.data() + scene.scene.model->nq, *W = W_.data();
     const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
     const auto [reach, direction, bound, pull, pressed] = bounds;
     slip.assign(3 * n, 0.0);
@@ -222,8 +258,7 @@ void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, 
     for (int i = 0; i < n; ++i) {
         const RestingContact& point = rest.points[i];
         const int entry = contact_gaps.gaps()[point.gap].entry;
-        for (int j = 0; j < 3; ++j)
-            slip[3 * i + j] = dot(J_.data() + (3 * i + j) * nv, velocity_, nv);
+        for (int j = 0; j < 3; ++j) slip[3 * i + j] = dot(J_.data() + (3 * i + j) * nv, v, nv);
         pressed[i] = point.pressed;
         reach[i] = static_friction(entry);
         if (point.slip.moves && !point.slip.begins()) {
@@ -246,8 +281,7 @@ void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, 
         const RestingContact& point = rest.points[turning_points[c]];
         const ContactCoefficients& own = scene.law.contacts[contact_gaps.gaps()[point.gap].entry];
         const int row = 3 * (n + c), roll = n + 2 * c;
-        for (int j = 0; j < 3; ++j)
-            turning[3 * c + j] = dot(J_.data() + (row + j) * nv, velocity_, nv);
+        for (int j = 0; j < 3; ++j) turning[3 * c + j] = dot(J_.data() + (row + j) * nv, v, nv);
         reach[roll] = own.rolling;
         reach[roll + 1] = own.torsion;
         const double speed = std::hypot(turning[3 * c], turning[3 * c + 1]);
@@ -260,12 +294,13 @@ void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, 
         if (rest.dry[j] == 0) bound[joint++] = scene.dry[j].bound;
 }
 
-DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, double* target) {
+DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start) {
     const int nv = scene.scene.model->nv;
     const int n = static_cast<int>(rest.points.size()), k = static_cast<int>(turning_points.size());
     Arena::Scope scope(scratch());
-    double *free = scratch().allocate(rows_), *W = scratch().allocate(rows_ * rows_);
-    condense(start, 3 * (n + k), free, W);
+    double* free = scratch().allocate(rows_);
+    for (int r = 0; r < rows_; ++r)
+        free[r] = bias_[r] + dot(half_contacts_.data() + r * nv, start, nv);
     RestProblem p;
     p.points = n;
     p.turning = k;
@@ -273,8 +308,8 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, double*
     double *reach = scratch().allocate(n + 2 * k), *direction = scratch().allocate(2 * (n + 2 * k)),
            *bound = scratch().allocate(p.joints), *pull = scratch().allocate(n);
     char* pressed = reinterpret_cast<char*>(scratch().allocate(n));
-    write_bounds(rest, {reach, direction, bound, pull, pressed}, W, free);
-    p.W = W;
+    write_bounds(rest, {reach, direction, bound, pull, pressed}, free);
+    p.W = W_.data();
     p.b = free;
     p.reach = reach;
     p.direction = direction;
@@ -284,6 +319,7 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, double*
     if (!solve_rest(p, pressed, force, rates)) return DynamicsFailure::rest_not_solved;
     for (int i = 0; i < n; ++i) {
         rest.points[i].pressed = pressed[i];
+        has_opened = has_opened || !pressed[i];
         force[3 * i + 2] -= pull[i];
     }
     F.assign(force, force + 3 * n);
@@ -297,7 +333,7 @@ DynamicsFailure Dynamics::rest_forces(RestingState& rest, double* start, double*
             dry_rate[j] = rates[joint++];
         }
     add_transposed(half_contacts_.data(), rows_, nv, force, start);
-    return hold(start, target) ? DynamicsFailure::none : DynamicsFailure::contradiction;
+    return hold(start) ? DynamicsFailure::none : DynamicsFailure::contradiction;
 }
 
 }  // namespace impulsekit

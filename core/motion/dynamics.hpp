@@ -62,6 +62,8 @@ class Dynamics {
     // Slip below this [m/s] has no direction of its own.
     double slow = kNoSlip;
     int evaluations = 0;
+    // True from an evaluation on in which a point that rests does not push.
+    bool has_opened = false;
 
     // From the last evaluation: by point F and a (3n) and slip u (3n), in the axes of each; of
     // those that resist turning moments, their rates and speeds (3k); of joints with dry friction
@@ -75,6 +77,11 @@ class Dynamics {
     // v̇ (nv) at a state under what rests; `pressed` of points is updated.
     DynamicsFailure accelerate(double t, const double* q, const double* v, RestingState& rest,
                                double* a);
+    // The same where nothing but torques from outside and slip states changed since the last
+    // evaluation; the tree is left as it is.
+    DynamicsFailure accelerate_again(RestingState& rest, double* a);
+    // True if the last evaluation was here, with the same rows.
+    bool is_known(double t, const double* q, const double* v, const RestingState& rest) const;
 
     // Places and twists at a state, and with `rates` accelerations at no joint acceleration.
     void set_state(const double* q, const double* v, bool rates = false);
@@ -90,21 +97,25 @@ class Dynamics {
 
   private:
     void write_load(double t, const double* q, const double* v, const RestingState& rest);
-    bool hold(double* start, double* target);
+    bool hold(double* start);
     void write_rest_rows(const double* q, const double* v, const RestingState& rest);
     // By point or joint: see RestProblem; the pull [N] of each point, and whether it pushes.
     struct RestBounds {
         double *reach, *direction, *bound, *pull;
         char* pressed;
     };
-    void condense(const double* start, int threes, double* free, double* W);
-    void write_bounds(const RestingState& rest, const RestBounds& bounds, const double* W,
-                      double* free);
-    DynamicsFailure rest_forces(RestingState& rest, double* start, double* target);
+    DynamicsFailure prepare(double t, const double* q, const double* v, const RestingState& rest);
+    void condense(int threes);
+    void write_bounds(const RestingState& rest, const RestBounds& bounds, double* free);
+    DynamicsFailure rest_forces(RestingState& rest, double* start);
 
     ConstrainedMass mass_;
-    std::vector<double> M_, load_, J_, bias_, half_contacts_, left_, start_;
-    const double* velocity_ = nullptr;
+    std::vector<double> M_, load_, target_, demand_, J_, bias_, half_contacts_, left_, start_, W_;
+    // The state of the last evaluation, and what rested in it; none where its rows have changed.
+    bool is_prepared_ = false;
+    double t_ = 0.0;
+    std::vector<double> state_;
+    RestingState rest_;
     int rows_ = 0;
     double squares_ = 0.0;  // what squares of velocities can make of rates of rows
 };

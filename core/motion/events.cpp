@@ -180,8 +180,8 @@ std::vector<EventFunction> Motion::event_functions() const {
         if (pull_on(entry) > 0.0 || (dynamics_.has_drop(entry) && !point.slip.moves))
             add(EventFunction::point_tears, i);
         if (point.slip.moves) add(EventFunction::slip_stops, i);
-        add(EventFunction::point_lifts, i);
-        add(EventFunction::point_leaves, i);
+        if (dynamics_.has_opened || !point.pressed) add(EventFunction::point_lifts, i);
+        if (gap(point.gap).of_bodies()) add(EventFunction::point_leaves, i);
         if (turns && point.roll.moves) add(EventFunction::roll_stops, i);
         if (turns && point.spin.moves) add(EventFunction::spin_stops, i);
     }
@@ -289,7 +289,7 @@ Event Motion::first_event(const Step& step) {
                                                       : changes)
             .push_back(f);
     std::vector<GapState> nodes(3 * followed.size());
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3 && !followed.empty(); ++i) {
         set_state(step, step.start + 0.5 * i * (step.end - step.start));
         for (std::size_t k = 0; k < followed.size(); ++k)
             nodes[3 * k + i] = this->followed(followed[k]);

@@ -51,8 +51,9 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
     dynamics_.slow = kGrown * slow_;
 }
 
-// ẏ of y = (q, v).
-bool Motion::rate(double at, const double* from, double* to) {
+// ẏ of y = (q, v). `is_known`: loads other than torques from outside are those of the last
+// evaluation, if that was here.
+bool Motion::rate(double at, const double* from, double* to, bool is_known) {
     Arena::Scope scope(scratch());
     const Model& model = *scene_->scene.model;
     double* q = scratch().allocate(nq());
@@ -60,7 +61,10 @@ bool Motion::rate(double at, const double* from, double* to) {
     normalize_configuration(model, q);
     configuration_rate(model, from, from + nq(), to);
     at = std::min(std::max(at, from_), to_);
-    const DynamicsFailure failure = dynamics_.accelerate(at, q, from + nq(), now.rest, to + nq());
+    const double* v = from + nq();
+    const DynamicsFailure failure = is_known && dynamics_.is_known(at, q, v, now.rest)
+                                        ? dynamics_.accelerate_again(now.rest, to + nq())
+                                        : dynamics_.accelerate(at, q, v, now.rest, to + nq());
     if (failure != DynamicsFailure::none) {
         failure_ = failure;
         return false;
@@ -180,8 +184,7 @@ void Motion::control(const double* torques) {
     if (ended != Ended::not_yet) return;
     now.rest.controls.assign(torques, torques + nv());
     smooth_since_ = now.t;
-    if (!now.rest.acts() && dynamics_.constraints.rows() == 0) return restart();
-    stepper_.restart();
+    stepper_.jump();
     update_rest(false, false);
 }
 
@@ -298,6 +301,8 @@ bool Motion::advance(double until) {
     Step step;
     const auto normalize = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
     double longest = longest_step(until);
+    dynamics_.has_opened = std::any_of(now.rest.points.begin(), now.rest.points.end(),
+                                       [](const RestingContact& point) { return !point.pressed; });
     while (true) {
         if (!stepper_.step(f, normalize, now.t, now.q(), now.rate.data(), longest, step)) {
             now = before;

@@ -108,7 +108,7 @@ class Motion {
 
   private:
     std::size_t piece_at(double at) const;
-    bool rate(double at, const double* y, double* rate);
+    bool rate(double at, const double* y, double* rate, bool is_known = false);
     bool set_state(const Step& step, double at);
     Spatial<double> velocity_of(const RestingContact& point, const double* state) const;
     const Gap& gap(int i) const { return dynamics_.contact_gaps.gaps()[i]; }

@@ -176,14 +176,14 @@ void Motion::retain_contacts(std::vector<RestingContact> stays) {
     rebase();
 }
 
-// Points that neither push nor stay are let go of.
+// Points that neither push nor stay are let go of; the tree with places and twists.
 void Motion::release_contacts() {
-    set_state();
     std::vector<RestingContact> stays;
     std::vector<int> torn_gaps;
     for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
         double inside = INFINITY;
-        dynamics_.contact_gaps.gap_of(dynamics_.tree, now.rest.points[i], now.q(), &inside);
+        if (gap(now.rest.points[i].gap).of_bodies())
+            dynamics_.contact_gaps.gap_of(dynamics_.tree, now.rest.points[i], now.q(), &inside);
         const bool torn = pull_on(gap(now.rest.points[i].gap).entry) > 0.0 &&
                           dynamics_.rate.size() == 3 * now.rest.points.size() &&
                           dynamics_.rate[3 * i + 2] > kPartedAtEvent * dynamics_.size;
@@ -252,7 +252,7 @@ bool Motion::update_slip_states() {
 bool Motion::update_rest(bool is_known, bool has_moved) {
     failure_ = DynamicsFailure::none;
     const auto evaluate = [&] {
-        if (rate(now.t, now.q(), now.rate.data())) return true;
+        if (rate(now.t, now.q(), now.rate.data(), !has_moved)) return true;
         if (failure_ == DynamicsFailure::rest_not_solved && !now.rest.points.empty()) return false;
         return fail();
     };
@@ -261,6 +261,7 @@ bool Motion::update_rest(bool is_known, bool has_moved) {
     };
     if (!is_known && !evaluate()) return jam();
     const std::size_t before = now.rest.points.size();
+    set_state();
     if (before > 0) release_contacts();
     if (now.rest.points.size() != before && !evaluate()) return jam();
     bool changed = update_slip_states();
@@ -274,7 +275,8 @@ bool Motion::update_rest(bool is_known, bool has_moved) {
 }
 
 // Bring constraints, and resting points where they push (or all their normals), back to where they
-// belong, by as little as can be in the metric of M; whether anything moved.
+// belong, by as little as can be in the metric of M; whether anything moved. The tree with places
+// and twists.
 bool Motion::correct_drift(bool all_normals) {
     const bool in_places = correct_places(all_normals);
     return correct_velocities(all_normals) || in_places;
@@ -286,7 +288,6 @@ bool Motion::correct_places(bool all_normals) {
     std::vector<int> of_rows;
     const BilateralConstraints& held = dynamics_.constraints;
     for (int step = 0; step < kMostSteps; ++step) {
-        set_state();
         Correction back;
         if (held.rows() > 0) {
             dynamics_.constraints.fill_rows(dynamics_.tree, now.q());
@@ -306,13 +307,13 @@ bool Motion::correct_places(bool all_normals) {
         configuration_rate(*scene_->scene.model, now.q(), dq.data(), shift.data());
         for (int i = 0; i < nq(); ++i) now.y[i] += shift[i];
         normalize_configuration(*scene_->scene.model, now.q());
+        set_state();
     }
     return true;
 }
 
 // The same of velocities alone.
 bool Motion::correct_velocities(bool all_normals) {
-    set_state();
     const double* v = now.v();
     Correction back;
     const auto still = [&](const double* row) { back.add(row, nv(), -dot(row, v, nv())); };

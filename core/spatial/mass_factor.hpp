@@ -48,15 +48,24 @@ class MassFactorOf {
         return std::all_of(sound, sound + lanes, [](bool x) { return x; });
     }
 
-    // x ← D^-½ L⁻ᵀ x: with it W = J M⁻¹ Jᵀ is a product of rows with themselves.
-    template <typename S>
+    // x ← D^-½ L⁻ᵀ x: with it W = J M⁻¹ Jᵀ is a product of rows with themselves. Of several rows
+    // (rows, n) at once, such as those of a point, which reach along the same branches.
+    template <int rows = 1, typename S>
     void half(S* x) const {
         for (int i = n_ - 1; i >= 0; --i) {
-            if (!any(x[i] != 0.0)) continue;
+            S own[rows];
+            bool moves = false;
+            for (int r = 0; r < rows; ++r) {
+                own[r] = x[r * n_ + i];
+                moves = moves || any(own[r] != 0.0);
+            }
+            if (!moves) continue;
             const F* row = L_.data() + i * n_;
-            for (int j = parent_[i]; j >= 0; j = parent_[j]) x[j] -= row[j] * x[i];
+            for (int j = parent_[i]; j >= 0; j = parent_[j])
+                for (int r = 0; r < rows; ++r) x[r * n_ + j] -= row[j] * own[r];
         }
-        for (int i = 0; i < n_; ++i) x[i] /= roots_[i];
+        for (int r = 0; r < rows; ++r)
+            for (int i = 0; i < n_; ++i) x[r * n_ + i] /= roots_[i];
     }
 
     // x ← L⁻¹ D^-½ x: the rest of the way to M⁻¹.

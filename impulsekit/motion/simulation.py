@@ -12,13 +12,21 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 
 from .._core import ForcesOfMotion
-from ..errors import InputError, RangeError, ShapeError, SolveError, a_thing, check_kind
+from ..errors import (
+    CallbackError,
+    InputError,
+    RangeError,
+    ShapeError,
+    SolveError,
+    a_thing,
+    check_kind,
+)
 from ..errors.calls import public
 from ..formatting import Displayed, one_line
 from ..impact import Impact
-from ..robot.arrays import array_of, read_only
+from ..robot.arrays import array_of, lock
 from ..scene import Scene
-from ..scene.functions import let_through
+from ..scene.functions import let_through, of_function
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .flat import flat_motion
@@ -49,15 +57,18 @@ def _alone(
     @wraps(method)
     def guarded(self: Simulation, *args: P.args, **kwargs: P.kwargs) -> Result:
         in_use = self._in_use
-        if not in_use.acquire(blocking=False):
+        if not in_use.acquire(False):
             raise InputError(
                 f"Simulation.{method.__name__}: another thread, or a function of the scene, uses "
                 "this Simulation now; give each thread its own copy()"
             )
         try:
-            return let_through(lambda: method(self, *args, **kwargs), lambda: self._followed.core.t)
+            return method(self, *args, **kwargs)
+        except CallbackError as error:
+            own = of_function(error, self._followed.core.t)
         finally:
             in_use.release()
+        raise own
 
     return guarded
 
@@ -123,6 +134,7 @@ class Simulation(Displayed):
             self._followed = let_through(lambda: Followed(scene, q, v, chosen), lambda: 0.0)
             let_through(self._followed.begin, lambda: 0.0)
         self._record, self._t, self._in_use = bool(record), 0.0, Lock()
+        self._state: tuple[np.ndarray, np.ndarray] | None = None
         self._controls = Controls(scene)
         self._stop_at(0.0)
 
@@ -166,13 +178,13 @@ class Simulation(Displayed):
     @_alone
     def q(self) -> np.ndarray:
         """(nq,) the configuration at ``t``."""
-        return read_only(self._followed.core.state(self._t)[0])
+        return self._state_now()[0]
 
     @property
     @_alone
     def v(self) -> np.ndarray:
         """(nv,) the velocity at ``t``; just after the impact where there is one."""
-        return read_only(self._followed.core.state(self._t)[1])
+        return self._state_now()[1]
 
     @property
     @_alone
@@ -192,7 +204,7 @@ class Simulation(Displayed):
 
         Of a joint stop (1,), in its joint [N m, N].
         """
-        followed, (q, v) = self._followed, self._followed.core.state(self._t)
+        followed, (q, v) = self._followed, self._state_now()
         slow = slip_without_direction(followed.settings)
         core = ForcesOfMotion(flat_motion(followed.scene).core, slow)
         found = core.at(self._t, q, v, followed.core.resting_state(self._t))
@@ -301,6 +313,13 @@ class Simulation(Displayed):
     def _become(self, twin: Simulation) -> None:
         vars(self).update(vars(twin), _in_use=self._in_use)
 
+    def _state_now(self) -> tuple[np.ndarray, np.ndarray]:
+        """q and v at ``t``, read-only, read from the core once."""
+        if self._state is None:
+            self._state = q, v = self._followed.core.state(self._t)
+            lock(q, v)
+        return self._state
+
     def _impacts(self) -> Impacts:
         return Impacts(self._followed.impacts(self._t)())
 
@@ -316,7 +335,7 @@ class Simulation(Displayed):
 
     def _obeying(self) -> Any:
         """The core, with torques that were set."""
-        core = self._followed.core
+        core, self._state = self._followed.core, None
         if not self._record:
             core.forget(self._t)
         if self.controls.changed:

@@ -41,12 +41,22 @@ def let_through(run: Callable[[], T], time: Callable[[], float]) -> T:
     try:
         return run()
     except CallbackError as error:
-        own = error.__cause__
-        if own is None:
-            raise
-        own.add_note(f"raised in {error.entry}, in the step of the motion from t = {time():g} s")
+        own = of_function(error, time())
     # Outside of the handler: the exception keeps its own context and cause.
     raise own
+
+
+def of_function(error: CallbackError, time: float) -> BaseException:
+    """Return what a user's function raised in a motion, with a note, or the error if it did not.
+
+    Args:
+        time: the time that the motion has reached [s].
+    """
+    own = error.__cause__
+    if own is None:
+        return error
+    own.add_note(f"raised in {error.entry}, in the step of the motion from t = {time:g} s")
+    return own
 
 
 def numbers_from(

@@ -83,6 +83,56 @@ def test_torques_that_are_set_act_from_then_on():
     assert driven.step(0.1).controls[name] == 0.0
 
 
+@pytest.mark.parametrize("friction", [0.6, 0.05])
+def test_a_control_loop_is_the_motion_under_the_torques_it_has_set(friction):
+    """Solo12 on its feet, which stick or slide: one motion under torques that are steps in time."""
+    robot, dt, count = Robot.from_example("solo12", root="freeflyer"), 1e-3, 40
+    legs = ("FL", "FR", "HL", "HR")
+    feet = [Contact(f"{leg}_FOOT", friction=friction) for leg in legs]
+    bend = {f"{leg}_HFE": 0.8 for leg in legs} | {f"{leg}_KFE": -1.6 for leg in legs}
+    q = robot.configuration(**bend)
+    q[2] -= min(robot.placement(q, foot.frame).position[2] for foot in feet)
+    sim = Simulation(Scene(robot, contacts=feet), q, robot.velocity(), accuracy="high")
+    torques = np.zeros((count, robot.nv))
+    for k in range(count):
+        torques[k, 6:] = 6.0 * (q[7:] + 0.1 * np.sin(0.3 * k) - sim.q[7:]) - 0.15 * sim.v[6:]
+        sim.control(torques[k]).run_until((k + 1) * dt)
+    times = np.arange(count) * dt
+    driven = [
+        Actuator(
+            robot.model.names[j],
+            lambda t, _q, _v, i=robot.model.joints[j].idx_v: torques[
+                np.searchsorted(times, t, side="right") - 1, i
+            ],
+        )
+        for j in range(2, robot.model.njoints)
+    ]
+    whole = simulate(
+        Scene(robot, contacts=feet, forces=driven),
+        q,
+        robot.velocity(),
+        duration=sim.t,
+        stop_times=times[1:],
+        accuracy="high",
+    )
+    np.testing.assert_allclose(sim.q, whole.q[-1], atol=1e-9)
+    np.testing.assert_allclose(sim.v, whole.v[-1], atol=1e-9)
+
+
+def test_torques_that_are_set_twice_at_once_leave_no_trace():
+    free, driven = chain(), chain()
+    for sim in (free, driven):
+        sim.control([0.3, -0.2])
+        sim.step(0.01)
+    driven.control([4e3, -7e3])
+    driven.step(0.0)
+    for sim in (free, driven):
+        sim.control([0.1, 0.2])
+        sim.step(0.01)
+    np.testing.assert_array_equal(driven.q, free.q)
+    np.testing.assert_array_equal(driven.v, free.v)
+
+
 def mass_matrix(robot, q):
     return pin.crba(robot.model, robot.model.createData(), q)
 
