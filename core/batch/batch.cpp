@@ -15,6 +15,7 @@
 #include "impact/known_impulses.hpp"
 #include "impact/scene_impact.hpp"
 #include "scene/frame_pair_states.hpp"
+#include "scene/wrenches.hpp"
 #include "spatial/joints.hpp"
 #include "spatial/tree.hpp"
 
@@ -434,16 +435,20 @@ class Block {
 
     // Compute the load of each joint, and the velocity changes of links.
     void load() {
-        add_blow_wrenches(scene_, given_.data(), tree_);
-        if (!by_articulated_)
-            rows_.add_wrenches(tree_, impulses_.data(), moments_.data(), multipliers_.data());
-        tree_.load(dv_.data(), [&](int k) { return inertia_at(k); }, impulse_.data());
+        std::fill(tree_.wrench.begin(), tree_.wrench.end(), Spatial<Pack>{});
+        for_wrenches<Pack>(scene_, tree_, rows_.contact_frames,
+                           {given_.data(), multipliers_.data(), impulses_.data(), moments_.data()},
+                           [&](int, const Site& site, const Spatial<Pack>& own) {
+                               tree_.wrench[site.body] += own;
+                           });
+        tree_.move(dv_.data());
+        tree_.load(tree_.twist, [&](int k) { return inertia_at(k); }, false);
+        tree_.gather(impulse_.data());
         for (std::size_t j = 0; j < b_.joints.size() && b_.out.reactions; ++j)
             put(tree_.wrench[b_.joints[j]], b_.out.reactions, j, b_.joints.size());
         for (std::size_t j = 0; j < b_.links.size() && b_.out.bodies; ++j) {
-            const int body = b_.links[j].body;
-            const Vec3<Pack> arm = tree_.rotation[body] * vec3<Pack>(b_.links[j].centre);
-            put(twist_at(tree_.twist[body], arm), b_.out.bodies, j, b_.links.size());
+            const Link& link = b_.links[j];
+            put(at_centre(tree_, link, tree_.twist[link.body]), b_.out.bodies, j, b_.links.size());
         }
     }
 

@@ -8,14 +8,9 @@
 
 #include "impact/coefficients.hpp"
 #include "scene/scene.hpp"
+#include "spatial/loads.hpp"
 
 namespace impulsekit {
-
-// A link, by the body that carries it and its mass centre there.
-struct Link {
-    int body = 0;
-    double centre[3] = {};
-};
 
 // The numbers of all rows, or of one that all share; null where the scene's own hold.
 struct Column {

@@ -57,20 +57,16 @@ struct Program {
     Batch batch;
 
     Program(const GivenScene& scene, const ContactLaw& law, bool is_regular,
-            std::vector<int> joints, std::vector<Link> links)
+            std::vector<int> joints, const Links& links)
         : given(scene) {
         if (law.contacts.size() != scene.scene.contacts.size())
             throw nb::value_error("law: must have coefficients for each contact");
         for (int joint : joints) check_body(scene.model, joint);
-        for (Link& link : links) {
-            check_body(scene.model, link.body);
-            to_body(scene.model, link.body, link.centre);
-        }
         batch.scene = &scene.scene;
         batch.law = &law;
         batch.is_regular = is_regular;
         batch.joints = std::move(joints);
-        batch.links = std::move(links);
+        batch.links = links.links;
     }
 };
 
@@ -173,11 +169,8 @@ void solve(const Program& program, const nb::dict& arrays, const nb::dict& outpu
 
 void bind_batch(nb::module_& module) {
     using namespace impulsekit;
-    Record<Link>(module, "Link", "A link by its body, and its mass centre in the joint's axes.")
-        .fields("body", &Link::body, "centre", &Link::centre);
     nb::class_<Program>(module, "Program", "What all batches of a scene have in common.")
-        .def(nb::init<const GivenScene&, const ContactLaw&, bool, std::vector<int>,
-                      std::vector<Link>>(),
+        .def(nb::init<const GivenScene&, const ContactLaw&, bool, std::vector<int>, const Links&>(),
              nb::arg("scene"), nb::arg("law"), nb::arg("is_regular"), nb::arg("joints"),
              nb::arg("links"), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>())
         .def("solve", &solve, nb::arg("arrays"), nb::arg("outputs"), nb::arg("threads"),

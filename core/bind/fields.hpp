@@ -112,15 +112,15 @@ class Record : public nb::class_<T> {
         if constexpr (sizeof...(rest) > 0) fields(rest...);
         return *this;
     }
-    template <typename V>
-    Record& field(const char* name, V T::* member) {
+    template <typename V, typename C>
+    Record& field(const char* name, V C::* member) {
         add_name(name, hint_of<V>());
         this->def_rw(name, member);
         return *this;
     }
     // So many whole numbers.
-    template <std::size_t count>
-    Record& field(const char* name, int (T::*member)[count]) {
+    template <std::size_t count, typename C>
+    Record& field(const char* name, int (C::*member)[count]) {
         return custom(
             name,
             [member](const T& own) { return std::vector<int>(own.*member, own.*member + count); },
@@ -138,8 +138,8 @@ class Record : public nb::class_<T> {
             });
     }
     // An array of so many numbers.
-    template <std::size_t count>
-    Record& field(const char* name, double (T::*member)[count]) {
+    template <std::size_t count, typename C>
+    Record& field(const char* name, double (C::*member)[count]) {
         return custom(
             name,
             [member](const T& own) {

@@ -11,6 +11,7 @@ void bind_impact(nb::module_& module);
 void bind_known_impulses(nb::module_& module);
 void bind_tree(nb::module_& module);
 void bind_scene(nb::module_& module);
+void bind_loads(nb::module_& module);
 void bind_batch(nb::module_& module);
 void bind_lanes(nb::module_& module);
 void bind_matrices(nb::module_& module);
@@ -29,6 +30,7 @@ NB_MODULE(_core, module) {
     bind_tree(module);
     bind_scene(module);
     bind_known_impulses(module);
+    bind_loads(module);
     bind_batch(module);
     bind_lanes(module);
     bind_matrices(module);

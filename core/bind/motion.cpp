@@ -9,6 +9,7 @@
 
 #include "bind/fields.hpp"
 #include "bind/motion_scene.hpp"
+#include "bind/points.hpp"
 #include "motion/columns.hpp"
 #include "motion/forces_of_motion.hpp"
 
@@ -57,15 +58,19 @@ void bind_forces_of_motion(nb::module_& module) {
     using A = ForcesAt;
     Result<A>(module, "ForcesAt", "All forces at a state of a motion.")
         .parts("failure", &A::failure, "acceleration", &A::acceleration, "multipliers",
-               &A::multipliers, "unique", &A::unique, "entries", &A::entries, "turning_of",
-               &A::turning_of, "axes", &A::axes, "places", &A::places, "signs", &A::signs, "forces",
-               &A::forces, "slip", &A::slip, "moments", &A::moments, "turning", &A::turning, "dry",
-               &A::dry);
+               &A::multipliers, "unique", &A::unique, "turning_of", &A::turning_of, "forces",
+               &A::forces, "slip", &A::slip, "moments", &A::moments, "turning", &A::turning)
+        .part("entries", [](const A& a) { return of_each(a.points, &Point::entry); })
+        .part("signs", [](const A& a) { return of_each(a.points, &Point::sign); })
+        .part("axes", [](const A& a) { return axes_of(a.points); })
+        .part("places", [](const A& a) { return places_of(a.points, a.origin); });
     Result<GapAt>(module, "GapAt", "A gap at a state.")
         .parts("gap", &GapAt::gap, "entry", &GapAt::entry, "value", &GapAt::value, "rate",
                &GapAt::rate);
-    Result<ForceShare>(module, "ForceShare", "What one entry of a scene's forces gives.")
-        .parts("torques", &ForceShare::torques, "wrenches", &ForceShare::wrenches);
+    using L = LoadsAt;
+    Result<L>(module, "LoadsAt", "What forces make of joints and links, and each does.")
+        .parts("loads", &L::loads, "weight", &L::weight, "torques", &L::torques, "wrenches",
+               &L::wrenches, "power", &L::power);
     using F = GivenForces;
     nb::class_<F>(module, "ForcesOfMotion", "All forces at a state of a motion.")
         .def(nb::init<const GivenMotionScene&, double>(), nb::arg("scene"), nb::arg("slow"),
@@ -91,15 +96,13 @@ void bind_forces_of_motion(nb::module_& module) {
             nb::arg("start"), nb::arg("end"), nb::arg("q"), nb::arg("v"), nb::arg("resting_state"),
             nb::arg("rtol"), nb::arg("atol"), "Return (nq + nv) the state at the end, or None.")
         .def(
-            "force",
-            [](F& f, int entry, double t, const Array& q, const Array& v) {
+            "loads",
+            [](F& f, const Links& links, double t, const Array& q, const Array& v,
+               const ForcesAt& at) {
                 f.check(q, v);
-                const auto& entries = f.dynamics().scene.forces.entries;
-                if (entry < 0 || entry >= static_cast<int>(entries.size()))
-                    throw nb::value_error("entry: expected the number of a force");
-                return f.own.force(entry, t, q.data(), v.data());
+                return f.own.loads(links, t, q.data(), v.data(), at);
             },
-            nb::arg("entry"), nb::arg("t"), nb::arg("q"), nb::arg("v"))
+            nb::arg("links"), nb::arg("t"), nb::arg("q"), nb::arg("v"), nb::arg("forces"))
         .def(
             "gaps",
             [](F& f, const Array& q, const Array& v) {

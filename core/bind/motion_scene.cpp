@@ -115,10 +115,10 @@ void add_joint(Given& self, const JointForce& force) {
 // The points in the axes of joints.
 void add_spring(Given& self, PointSpring force) {
     const Model& model = self.given.model;
-    check_body(model, force.first);
-    check_body(model, force.other);
-    to_body(model, force.first, force.point);
-    to_body(model, force.other, force.other_point);
+    for (Site* site : {&force.first, &force.other}) {
+        check_body(model, site->body);
+        *site = in_body_axes(model, *site);
+    }
     add(self, ForceEntry::spring, self.scene->forces.springs, force);
 }
 
@@ -140,14 +140,18 @@ void add_function(Given& self, int v, int count, const nb::object& function) {
         {v, count, Functions(self).force(function, count)});
 }
 
-// Several entries may share the friction of one joint, which comes with the first.
+// Several entries may share the friction of one joint, which is their sum.
 void add_dry(Given& self, int v, double bound) {
     check_v(self, v, 1);
     std::vector<DryJoint>& dry = self.scene->dry;
     const auto known =
         std::find_if(dry.begin(), dry.end(), [v](const DryJoint& own) { return own.v == v; });
-    self.scene->forces.entries.push_back({ForceEntry::dry, static_cast<int>(known - dry.begin())});
-    if (known == dry.end()) dry.push_back({v, bound});
+    const int index = static_cast<int>(known - dry.begin());
+    self.scene->forces.entries.push_back({ForceEntry::dry, index, bound});
+    if (known == dry.end())
+        dry.push_back({v, bound});
+    else
+        known->bound += bound;
 }
 
 void set_constraints(Given& self, const nb::object& rows, const nb::object& bias,
@@ -218,9 +222,8 @@ void bind_forces(nb::module_& module) {
                 "side", &J::side, "stores", &J::stores);
     using P = PointSpring;
     Record<P>(module, "PointSpring", "A spring between two points, in the axes of their joints.")
-        .fields("first", &P::first, "other", &P::other, "point", &P::point, "other_point",
-                &P::other_point, "stiffness", &P::stiffness, "damping", &P::damping, "rest",
-                &P::rest, "side", &P::side);
+        .fields("first", &P::first, "other", &P::other, "stiffness", &P::stiffness, "damping",
+                &P::damping, "rest", &P::rest, "side", &P::side);
     using A = AppliedForce;
     Record<A>(module, "AppliedForce", "A force and a couple on a body.")
         .fields("site", &A::site, "is_local", &A::is_local, "numbers", &A::numbers);

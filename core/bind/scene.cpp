@@ -6,6 +6,7 @@
 
 #include "bind/fields.hpp"
 #include "bind/given_scene.hpp"
+#include "bind/points.hpp"
 #include "scene/joint_axes.hpp"
 #include "scene/rows.hpp"
 
@@ -165,54 +166,25 @@ StateRows rows_of(const GivenScene& self, const Array& q, const Array& v,
     return found;
 }
 
-using Point = ContactFrame<double>;
-
-// A part of all points.
-template <typename T>
-std::vector<T> of_each(const StateRows& rows, T Point::* part) {
-    std::vector<T> found;
-    for (const Point& p : rows.points) found.push_back(p.*part);
-    return found;
-}
-
-// So many numbers of each point.
-template <typename Write>
-std::vector<double> numbers_of(const StateRows& rows, std::size_t count, Write write) {
-    std::vector<double> found(count * rows.points.size());
-    for (std::size_t i = 0; i < rows.points.size(); ++i)
-        write(rows.points[i], found.data() + count * i);
-    return found;
-}
-
-std::vector<double> axes_of(const StateRows& rows) {
-    return numbers_of(rows, 9, [](const Point& p, double* to) { to_rows(p.axes, to); });
-}
-
-std::vector<double> places_of(const StateRows& rows) {
-    return numbers_of(rows, 3, [&](const Point& p, double* to) {
-        const Vec3<double> place = p.place - rows.origin;
-        to[0] = place.x, to[1] = place.y, to[2] = place.z;
-    });
-}
-
 void bind_state_rows(nb::module_& module) {
     Result<StateRows>(module, "StateRows", "The rows of a scene at a state.")
         .parts("A", &StateRows::A, "target", &StateRows::target, "J", &StateRows::J, "wider",
                &StateRows::wider, "yielded", &StateRows::yielded, "turning_of",
                &StateRows::turning_of)
-        .part("entries", [](const StateRows& r) { return of_each(r, &Point::entry); })
-        .part("of_bodies", [](const StateRows& r) { return of_each(r, &Point::of_bodies); })
+        .part("entries", [](const StateRows& r) { return of_each(r.points, &Point::entry); })
+        .part("of_bodies", [](const StateRows& r) { return of_each(r.points, &Point::of_bodies); })
         .part("features",
               [](const StateRows& r) {
                   std::vector<Feature> found;
                   for (const Point& p : r.points) found.push_back(p.feature[0]);
                   return found;
               })
-        .parts("axes", &axes_of, "places", &places_of)
-        .part("gaps", [](const StateRows& r) { return of_each(r, &Point::gap); })
+        .part("axes", [](const StateRows& r) { return axes_of(r.points); })
+        .part("places", [](const StateRows& r) { return places_of(r.points, r.origin); })
+        .part("gaps", [](const StateRows& r) { return of_each(r.points, &Point::gap); })
         .part("ellipses",
               [](const StateRows& r) {
-                  return numbers_of(r, 2, [](const Point& p, double* to) {
+                  return numbers_of(r.points, 2, [](const Point& p, double* to) {
                       std::copy(p.ellipse, p.ellipse + 2, to);
                   });
               })
@@ -231,7 +203,8 @@ void bind_parts(nb::module_& module) {
                              "stop", Contact::stop, "functions", Contact::functions, "ball",
                              Contact::ball, "shapes", Contact::shapes);
     Record<Site>(module, "Site", "A point of a frame and the frame's axes, in those of a joint.")
-        .fields("body", &Site::body, "point", &Site::point, "axes", &Site::axes);
+        .fields("body", &Site::body, "frame", &Site::frame, "point", &Site::point, "axes",
+                &Site::axes);
     Record<Pair>(module, "Pair", "Two frames, and the axes of rows between them.")
         .fields("first", &Pair::first, "other", &Pair::other, "coincides", &Pair::coincides,
                 "carrier", &Pair::carrier, "axes", &Pair::axes);

@@ -140,6 +140,14 @@ void bind_tree(nb::module_& module) {
                                      data_of(gravity, 3, "gravity")));
             },
             nb::arg("q"), nb::arg("v"), nb::arg("gravity"), "(nv) c(q, v).")
+        .def(
+            "energies",
+            [](const Model& m, const Array& q, const Array& v, const Array& gravity) {
+                return array_of(energies(m, data_of(q, m.nq, "q"), data_of(v, m.nv, "v"),
+                                         data_of(gravity, 3, "gravity")));
+            },
+            nb::arg("q"), nb::arg("v"), nb::arg("gravity"),
+            "(8) kinetic energy, that of weight, and momenta about the world's origin.")
         .def("apply_impulses", &apply, nb::arg("q"), nb::arg("v"), nb::arg("impulse"),
              nb::arg("bodies"), nb::arg("wrenches"), "Apply impulses in joints and on bodies.");
 }

@@ -98,10 +98,14 @@ void Dynamics::write_load(double t, const double* q, const double* v, const Rest
     const int nv = scene.scene.model->nv;
     std::fill(load_.begin(), load_.end(), 0.0);
     std::fill(tree.wrench.begin(), tree.wrench.end(), Spatial<double>{});
-    add_forces(scene.forces, kinks, -1, t, q, v, tree, load_.data());
+    add_torques(scene.forces, kinks, -1, t, q, v, load_.data());
     Arena::Scope scope(scratch());
     double* along = scratch().allocate(nv);
     if (scene.forces.on_bodies()) {
+        add_wrenches(scene.forces, kinks, -1, t, q, v, tree,
+                     [this](const Site& site, const Spatial<double>& own) {
+                         tree.wrench[site.body] += own;
+                     });
         tree.gather(along);
         for (int i = 0; i < nv; ++i) load_[i] += along[i];
     }

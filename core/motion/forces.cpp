@@ -36,17 +36,17 @@ struct Stretch {
 };
 
 Stretch stretch_of(const PointSpring& s, const Tree<double>& tree) {
-    const Vec3<double> arm = tree.rotation[s.first] * vec3<double>(s.point),
-                       other_arm = tree.rotation[s.other] * vec3<double>(s.other_point);
+    const Vec3<double> arm = tree.rotation[s.first.body] * vec3<double>(s.first.point),
+                       other_arm = tree.rotation[s.other.body] * vec3<double>(s.other.point);
     Stretch found{};
-    found.place = tree.origin[s.first] + arm;
-    found.other_place = tree.origin[s.other] + other_arm;
+    found.place = tree.origin[s.first.body] + arm;
+    found.other_place = tree.origin[s.other.body] + other_arm;
     const Vec3<double> offset = found.place - found.other_place;
     found.length = std::sqrt(dot(offset, offset));
     if (found.length < tolerance::no_length) return found;
     found.along = offset * (1.0 / found.length);
-    const Vec3<double> speed =
-        twist_at(tree.twist[s.first], arm).linear - twist_at(tree.twist[s.other], other_arm).linear;
+    const Vec3<double> speed = twist_at(tree.twist[s.first.body], arm).linear -
+                               twist_at(tree.twist[s.other.body], other_arm).linear;
     found.rate = dot(found.along, speed);
     return found;
 }
@@ -55,16 +55,17 @@ double tension_of(const PointSpring& s, const Stretch& at) {
     return s.stiffness * (at.length - s.rest) + s.damping * at.rate;
 }
 
-void add_force(Tree<double>& tree, int body, const Vec3<double>& place, const Vec3<double>& force) {
-    tree.wrench[body] += Spatial<double>{force, cross(place - tree.origin[body], force)};
-}
-
-void pull(const PointSpring& s, Tree<double>& tree) {
+void pull(const PointSpring& s, const Tree<double>& tree, const AddWrench& add) {
     const Stretch at = stretch_of(s, tree);
     if (at.length < tolerance::no_length) return;
     const Vec3<double> force = at.along * tension_of(s, at);
-    add_force(tree, s.first, at.place, -force);
-    add_force(tree, s.other, at.other_place, force);
+    add(s.first, {-force, cross(at.place - tree.origin[s.first.body], -force)});
+    add(s.other, {force, cross(at.other_place - tree.origin[s.other.body], force)});
+}
+
+bool is_chosen(const Forces& forces, int entry, ForceEntry::Kind kind, std::size_t i) {
+    return entry < 0 || (forces.entries[entry].kind == kind &&
+                         forces.entries[entry].index == static_cast<int>(i));
 }
 
 double clamped(const JointForce& f, const Kinks& kinks, int i, const double* q, const double* v) {
@@ -176,43 +177,42 @@ double Kinks::margin(int k, const Tree<double>& tree, const double* q, const dou
     return (own == Side::acts ? at.force : -at.force) + at.beyond;
 }
 
-void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
-                const double* v, Tree<double>& tree, double* torques) {
-    const auto is_chosen = [&](ForceEntry::Kind kind, std::size_t i) {
-        return entry < 0 || (forces.entries[entry].kind == kind &&
-                             forces.entries[entry].index == static_cast<int>(i));
-    };
+void add_torques(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
+                 const double* v, double* torques) {
     for (std::size_t i = 0; i < forces.constants.size(); ++i)
-        if (is_chosen(ForceEntry::constant, i))
+        if (is_chosen(forces, entry, ForceEntry::constant, i))
             for (std::size_t j = 0; j < forces.constants[i].torque.size(); ++j)
                 torques[forces.constants[i].v + j] += forces.constants[i].torque[j];
     for (std::size_t i = 0; i < forces.joints.size(); ++i)
-        if (is_chosen(ForceEntry::joint, i))
+        if (is_chosen(forces, entry, ForceEntry::joint, i))
             torques[forces.joints[i].v] +=
                 clamped(forces.joints[i], kinks, static_cast<int>(i), q, v);
-    for (std::size_t i = 0; i < forces.springs.size(); ++i)
-        if (is_chosen(ForceEntry::spring, i) && kinks.of_spring(static_cast<int>(i)) == Side::acts)
-            pull(forces.springs[i], tree);
-    Arena::Scope scope(scratch());
-    for (std::size_t i = 0; i < forces.applied.size(); ++i) {
-        if (!is_chosen(ForceEntry::applied, i)) continue;
-        const AppliedForce& own = forces.applied[i];
-        double given[6];
-        if (own.function) own.function(t, q, v, given);
-        const int body = own.site.body;
-        tree.wrench[body] +=
-            wrench_of(Blow{own.site, own.is_local}, own.function ? given : own.numbers,
-                      tree.rotation[body], false);
-    }
     for (std::size_t i = 0; i < forces.timed.size(); ++i)
-        if (is_chosen(ForceEntry::timed, i))
+        if (is_chosen(forces, entry, ForceEntry::timed, i))
             torques[forces.timed[i].v] += forces.timed[i].table.at(t);
+    Arena::Scope scope(scratch());
     for (std::size_t i = 0; i < forces.functions.size(); ++i) {
-        if (!is_chosen(ForceEntry::function, i)) continue;
+        if (!is_chosen(forces, entry, ForceEntry::function, i)) continue;
         const TorqueFunction& own = forces.functions[i];
         double* given = scratch().allocate(own.count);
         own.function(t, q, v, given);
         for (int j = 0; j < own.count; ++j) torques[own.v + j] += given[j];
+    }
+}
+
+void add_wrenches(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
+                  const double* v, const Tree<double>& tree, const AddWrench& add) {
+    for (std::size_t i = 0; i < forces.springs.size(); ++i)
+        if (is_chosen(forces, entry, ForceEntry::spring, i) &&
+            kinks.of_spring(static_cast<int>(i)) == Side::acts)
+            pull(forces.springs[i], tree, add);
+    for (std::size_t i = 0; i < forces.applied.size(); ++i) {
+        if (!is_chosen(forces, entry, ForceEntry::applied, i)) continue;
+        const AppliedForce& own = forces.applied[i];
+        double given[6];
+        if (own.function) own.function(t, q, v, given);
+        add(own.site, wrench_of(Blow{own.site, own.is_local}, own.function ? given : own.numbers,
+                                tree.rotation[own.site.body], false));
     }
 }
 

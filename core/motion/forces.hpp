@@ -22,8 +22,7 @@ struct JointForce {
 
 // A spring between two points: tension k (l − l₀) + c dl/dt.
 struct PointSpring {
-    int first = 0, other = 0;  // bodies
-    double point[3] = {}, other_point[3] = {};
+    Site first, other;
     double stiffness = 0.0, damping = 0.0, rest = 0.0;
     double side = 0.0;  // 1 pulls only, −1 pushes only, 0 both
 };
@@ -57,6 +56,7 @@ struct TorqueFunction {
 struct ForceEntry {
     enum Kind { constant, joint, spring, applied, timed, function, dry } kind = constant;
     int index = 0;
+    double bound = 0.0;  // of dry friction, of which a joint may have several
 };
 
 // The side of a force with a kink: a one-sided spring out of its zone, within, or there without
@@ -113,10 +113,17 @@ class Kinks {
     std::vector<Side> side_of_joint_, side_of_spring_;
 };
 
-// Add to torques (nv) what the i-th entry, or all (i < 0), gives along the joints, and to the
-// wrenches of the tree, each about its body's origin, what it does on bodies.
-void add_forces(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
-                const double* v, Tree<double>& tree, double* torques);
+// Add to torques (nv) what the i-th entry, or all (i < 0), gives along the joints.
+void add_torques(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
+                 const double* v, double* torques);
+
+// Takes a wrench on a body, about the body's origin in world axes.
+using AddWrench = std::function<void(const Site& site, const Spatial<double>& wrench)>;
+
+// Give what the i-th entry, or all (i < 0), does on bodies: of a spring first the first. The tree
+// with places and twists.
+void add_wrenches(const Forces& forces, const Kinks& kinks, int entry, double t, const double* q,
+                  const double* v, const Tree<double>& tree, const AddWrench& add);
 
 // The energy in the springs [J]; the tree with places.
 double spring_energy(const Forces& forces, const Tree<double>& tree, const double* q);

@@ -1,8 +1,10 @@
 #include "motion/forces_of_motion.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "integrator/stepper.hpp"
+#include "scene/wrenches.hpp"
 #include "spatial/joints.hpp"
 
 namespace impulsekit {
@@ -28,21 +30,20 @@ ForcesAt ForcesOfMotion::at(double t, const double* q, const double* v, RestingS
     found.slip = dynamics_.slip;
     found.moments = dynamics_.moment;
     found.turning = dynamics_.turning;
-    found.turning_of = dynamics_.turning_points;
+    if (rest.acts()) found.turning_of = dynamics_.turning_points;
     found.dry = dynamics_.dry_torque;
+    found.forces.resize(3 * rest.points.size());
+    found.moments.resize(3 * found.turning_of.size());
+    found.origin = dynamics_.tree.origin[0];
     for (const RestingContact& point : rest.points) {
         const Gap& gap = dynamics_.contact_gaps.gaps()[point.gap];
-        found.entries.push_back(gap.entry);
-        found.signs.push_back(gap.sign);
-        const bool has_place = gap.of_bodies() || gap.of_frames();
-        const FramePairMotion b = has_place
-                                      ? dynamics_.contact_gaps.spot(dynamics_.tree, point, false)
-                                      : FramePairMotion();
-        const Vec place = dynamics_.tree.world_place(b.place);
-        double axes[9];
-        to_rows(b.axes, axes);
-        found.axes.insert(found.axes.end(), axes, axes + 9);
-        found.places.insert(found.places.end(), {place.x, place.y, place.z});
+        ContactFrame<double>& own = found.points.emplace_back();
+        own.of_bodies = gap.of_bodies() || gap.of_frames();
+        if (own.of_bodies)
+            static_cast<FramePairState<double>&>(own) =
+                dynamics_.contact_gaps.spot(dynamics_.tree, point, false);
+        own.entry = gap.entry;
+        own.sign = gap.sign;
     }
     return found;
 }
@@ -73,17 +74,65 @@ FlowEnd ForcesOfMotion::flow(double start, double end, const double* q, const do
     return sound ? FlowEnd(std::move(y)) : std::nullopt;
 }
 
-ForceShare ForcesOfMotion::force(int entry, double t, const double* q, const double* v) {
+// What the scene's forces do, one by one.
+void ForcesOfMotion::add_forces(double t, const double* q, const double* v, const ForcesAt& at,
+                                OuterWrenches& outside, LoadsAt& found) {
+    const Tree<double>& tree = dynamics_.tree;
+    const Scene& scene = scene_->scene;
+    const int nv = model_.nv, count = static_cast<int>(scene_->forces.entries.size()),
+              before = static_cast<int>(scene.held.size() + scene.contacts.size());
+    found.torques.resize(nv * count);
+    for (int i = 0; i < count; ++i) {
+        double* torques = found.torques.data() + nv * i;
+        add_torques(scene_->forces, dynamics_.kinks, i, t, q, v, torques);
+        const ForceEntry& entry = scene_->forces.entries[i];
+        if (entry.kind == ForceEntry::dry && entry.bound > 0.0) {
+            const DryJoint& joint = scene_->dry[entry.index];
+            torques[joint.v] += entry.bound / joint.bound * at.dry[entry.index];
+        }
+        double power = dot<double>(torques, v, nv);
+        std::optional<Spatial<double>> at_point;
+        add_wrenches(scene_->forces, dynamics_.kinks, i, t, q, v, tree,
+                     [&](const Site& site, const Spatial<double>& own) {
+                         outside.add(before + i, site.body, site.frame, own);
+                         power += dot(tree.twist[site.body], own);
+                         const Vec3<double> arm =
+                             tree.rotation[site.body] * vec3<double>(site.point);
+                         if (!at_point) at_point = wrench_about(own, -arm);
+                     });
+        append(found.wrenches, at_point.value_or(Spatial<double>()));
+        found.power.push_back(power);
+    }
+}
+
+LoadsAt ForcesOfMotion::loads(const Links& links, double t, const double* q, const double* v,
+                              const ForcesAt& at) {
     set_sides(q, v);
-    ForceShare found;
-    found.torques.resize(model_.nv);
-    auto& wrench = dynamics_.tree.wrench;
-    std::fill(wrench.begin(), wrench.end(), Spatial<double>{});
-    add_forces(scene_->forces, dynamics_.kinks, entry, t, q, v, dynamics_.tree,
-               found.torques.data());
-    for (const Spatial<double>& own : wrench)
-        found.wrenches.insert(found.wrenches.end(), {own.linear.x, own.linear.y, own.linear.z,
-                                                     own.angular.x, own.angular.y, own.angular.z});
+    dynamics_.set_state(q, v, true);
+    Tree<double>& tree = dynamics_.tree;
+    const Scene& scene = scene_->scene;
+    OuterWrenches outside(
+        tree, links, scene.held.size() + scene.contacts.size() + scene_->forces.entries.size());
+    const std::vector<double> moments =
+        moments_by_point(at.points.size(), at.turning_of, at.moments.data());
+    for_wrenches<double>(scene, tree, at.points,
+                         {nullptr, at.multipliers.data(), at.forces.data(), moments.data()},
+                         [&](int entry, const Site& site, const Spatial<double>& wrench) {
+                             outside.add(entry, site.body, site.frame, wrench);
+                         });
+    LoadsAt found;
+    add_forces(t, q, v, at, outside, found);
+    std::vector<Spatial<double>> accelerations(tree.count());
+    tree.move(at.acceleration.data(), accelerations);
+    for (int k = 0; k < tree.count(); ++k) accelerations[k] += tree.rate[k];
+    Spatial<double> weight;
+    for (int k = 1; k < tree.count(); ++k) {
+        const Inertia<double> own = tree.in_world(k, inertia_of<double>(model_.bodies[k]));
+        const Spatial<double> falls{vec3<double>(scene_->gravity), {}};
+        weight += wrench_about(own * falls, tree.world_place(tree.origin[k]));
+    }
+    append(found.weight, weight);
+    found.loads = find_loads(outside, accelerations, true);
     return found;
 }
 

@@ -5,25 +5,30 @@
 #include <optional>
 #include <vector>
 
+#include "impact/loads.hpp"
 #include "motion/dynamics.hpp"
 
 namespace impulsekit {
 
-// Forces that act at a state. By resting point (n) its contact, axes (3, 3), place (3), the sign of
-// a stop, F (3) and slip (3) in its axes; of those that resist turning moments (3k) and speeds.
+// Forces that act at a state: of the resting points (n) F (3) and slip (3) in their axes; of those
+// that resist turning moments (3k) and speeds.
 struct ForcesAt {
     DynamicsFailure failure = DynamicsFailure::none;
     std::vector<double> acceleration, multipliers;  // (nv), (rows)
     std::vector<char> unique;                       // (rows) whether each λ is determined
-    std::vector<int> entries, turning_of;
-    std::vector<double> axes, places, signs, forces, slip, moments, turning;
+    std::vector<ContactFrame<double>> points;
+    Vec3<double> origin;  // of the world, as places are seen
+    std::vector<int> turning_of;
+    std::vector<double> forces, slip, moments, turning;
     std::vector<double> dry;  // torques of joints with dry friction
 };
 
-// The share that one entry of a scene's forces gives: torques (nv), and wrenches (bodies, 6) about
-// the origins of bodies in world axes.
-struct ForceShare {
-    std::vector<double> torques, wrenches;
+// What forces make of joints and links, bilateral constraints, contacts and forces counted in this
+// order; and the weight of all that moves (6) about the world's origin. By force its torques (nv),
+// its wrench (6) about its point on its first body in world axes, and its power [W].
+struct LoadsAt {
+    Loads loads;
+    std::vector<double> weight, torques, wrenches, power;
 };
 
 // The state (nq + nv) at a time, as far as a motion is followed.
@@ -40,7 +45,8 @@ class ForcesOfMotion {
     // there is no acceleration, or no step is short enough.
     FlowEnd flow(double start, double end, const double* q, const double* v, RestingState rest,
                  double rtol, double atol);
-    ForceShare force(int entry, double t, const double* q, const double* v);
+    LoadsAt loads(const Links& links, double t, const double* q, const double* v,
+                  const ForcesAt& at);
     std::vector<GapAt> gaps(const double* q, const double* v);
     // (nv) the row of a gap's rate.
     std::vector<double> gap_row(int gap, const double* q, const double* v);
@@ -50,6 +56,8 @@ class ForcesOfMotion {
 
   private:
     void set_sides(const double* q, const double* v);
+    void add_forces(double t, const double* q, const double* v, const ForcesAt& at,
+                    OuterWrenches& outside, LoadsAt& found);
 
     std::shared_ptr<const MotionScene> scene_;
     const Model& model_;

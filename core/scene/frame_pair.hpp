@@ -161,18 +161,6 @@ void add_rows(const Tree<S>& tree, const FramePairState<S>& pair, S* rows, S* tu
     });
 }
 
-// Add a force and a moment on the first body, in the axes of a pair, and their opposites on the
-// other one to the wrenches of a tree.
-template <typename S>
-void add_wrenches(const FramePairState<S>& pair, const Spatial<S>& impulse, Tree<S>& tree) {
-    const Vec3<S> f = pair.axes * impulse.linear, m = pair.axes * impulse.angular;
-    Spatial<S>&first = tree.wrench[pair.first], &other = tree.wrench[pair.other];
-    first += Spatial<S>{f, cross(pair.place - tree.origin[pair.first], f)};
-    other += Spatial<S>{-f, cross(pair.other_place - tree.origin[pair.other], -f)};
-    first.angular += m;
-    other.angular -= m;
-}
-
 // Rounding of a place, as a length of rows [m].
 template <typename S>
 S rounding_of(const Vec3<S>& place) {

@@ -14,12 +14,10 @@ void to_body(const Model& model, int body, double* vector) {
 }
 
 Site in_body_axes(const Model& model, const Site& given) {
-    Site site;
-    site.body = given.body;
+    Site site = given;
     const Mat3<double> turn = mat3<double>(model.bodies[site.body].turn);
     const Mat3<double> axes = mat3<double>(given.axes);
     to_rows({back(turn, axes.x), back(turn, axes.y), back(turn, axes.z)}, site.axes);
-    std::copy(given.point, given.point + 3, site.point);
     to_body(model, site.body, site.point);
     return site;
 }

@@ -84,24 +84,6 @@ class Rows {
         for (int point : to.turning_of) copy(turning, to.contact_frame_of[point]);
     }
 
-    // Add what impulses of the rows (P of each touch in its axes and moments behind them, λ) give
-    // the bodies, about their origins in world axes.
-    void add_wrenches(Tree<S>& tree, const S* P, const S* moments, const S* lambda) const {
-        for (std::size_t i = 0; i < contact_frames.size(); ++i)
-            if (contact_frames[i].of_bodies)
-                impulsekit::add_wrenches(contact_frames[i],
-                                         {{P[3 * i], P[3 * i + 1], P[3 * i + 2]},
-                                          {moments[3 * i], moments[3 * i + 1], moments[3 * i + 2]}},
-                                         tree);
-        for (const Held& held : scene.held) {
-            if (held.kind != Held::pair) continue;
-            S p[6] = {};
-            for (int r = 0; r < held.count; ++r) p[held.select[r]] = lambda[held.row + r];
-            impulsekit::add_wrenches(frame_pair_state(tree, held.frames),
-                                     {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}}, tree);
-        }
-    }
-
   private:
     int nv() const { return scene.model->nv; }
 

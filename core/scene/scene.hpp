@@ -20,6 +20,7 @@ namespace impulsekit {
 // A point of a frame on a body, and the frame's axes, both in the body's axes (rows first).
 struct Site {
     int body = 0;
+    int frame = -1;  // by its number in the robot's model; −1: of none
     double point[3] = {};
     double axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 };
@@ -86,20 +87,16 @@ struct Contact {
         return !of_bodies(kind) && kind != stop && kind != functions;
     }
     // The bodies in the order of the entry: of a ball's pair the shape may come first.
-    int first_body() const { return (shape.sign < 0.0 ? frames.other : frames.first).body; }
-    int other_body() const { return (shape.sign < 0.0 ? frames.first : frames.other).body; }
+    const Site& first_site() const { return shape.sign < 0.0 ? frames.other : frames.first; }
+    const Site& other_site() const { return shape.sign < 0.0 ? frames.first : frames.other; }
+    int first_body() const { return first_site().body; }
+    int other_body() const { return other_site().body; }
 };
 
 // A known impulse on a body, six numbers: in the world's axes, or in those of its frame.
 struct Blow {
     Site site;
     bool is_local = false;
-};
-
-// A link whose mass varies: ten numbers as those of a body, and its factor's column.
-struct Load {
-    int body = 0;
-    double mass = 0.0, moment[3] = {}, inertia[6] = {};
 };
 
 struct Scene {
@@ -112,8 +109,8 @@ struct Scene {
     std::vector<int> locks;        // (rows) the one degree of freedom that it prescribes, or −1
     std::vector<Contact> contacts;
     std::vector<Blow> blows;
-    std::vector<int> kicks;  // degrees of freedom of known impulses in joints, after all blows'
-    std::vector<Load> loads;
+    std::vector<int> kicks;   // degrees of freedom of known impulses in joints, after all blows'
+    std::vector<Load> loads;  // links whose masses vary
     std::vector<int> points;  // contacts whose points vary
     int function_rows = 0, function_contacts = 0;
 

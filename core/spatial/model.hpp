@@ -68,6 +68,12 @@ struct Slot {
     double ratio = 1.0, armature = 0.0;
 };
 
+// Mass that a body carries: ten numbers as those of the body.
+struct Load {
+    int body = 0;
+    double mass = 0.0, moment[3] = {}, inertia[6] = {};
+};
+
 struct Model {
     int nq = 0, nv = 0;
     bool has_followers = false, has_ellipsoids = false;

@@ -1,6 +1,8 @@
 // Spatial vectors, linear before angular, and inertias: for one state or eight side by side.
 #pragma once
 
+#include <vector>
+
 #include "linalg/numbers.hpp"
 
 namespace impulsekit {
@@ -51,6 +53,20 @@ struct Inertia {
                 about * v.angular + cross(moment, v.linear)};
     }
 };
+
+// v × I v, of forces: what a twist asks for at no acceleration.
+template <typename S>
+Spatial<S> gyroscopic(const Inertia<S>& inertia, const Spatial<S>& v) {
+    const Spatial<S> momentum = inertia * v;
+    return {cross(v.angular, momentum.linear),
+            cross(v.angular, momentum.angular) + cross(v.linear, momentum.linear)};
+}
+
+// Write six numbers behind others.
+inline void append(std::vector<double>& to, const Spatial<double>& x) {
+    to.insert(to.end(),
+              {x.linear.x, x.linear.y, x.linear.z, x.angular.x, x.angular.y, x.angular.z});
+}
 
 // A share of an inertia.
 template <typename S>

@@ -90,10 +90,13 @@ struct Tree {
     }
 
     // The twists of all bodies, each at its origin, of v (nv).
-    void move(const S* v) {
+    void move(const S* v) { move(v, twist); }
+
+    // What bodies gain by velocities, jumps or accelerations of the joints (nv).
+    void move(const S* v, std::vector<Spatial<S>>& to) const {
         for (int k = 1; k < count(); ++k) {
             const Body& body = model.bodies[k];
-            twist[k] = twist_at(twist[body.parent], arm[k]) + of_joint(body, v);
+            to[k] = twist_at(to[body.parent], arm[k]) + of_joint(body, v);
         }
     }
 
@@ -111,23 +114,21 @@ struct Tree {
             rate[k] = twist_at(rate[body.parent], arm[k]) + turning;
             if (body.type.turn == Turn::ellipsoid) add_bending(k, v, rate[k]);
             const Inertia<S> inertia = in_world(k, inertia_of<S>(body));
-            const Spatial<S> momentum = inertia * own;
-            // v × I v, of forces.
-            wrench[k] = inertia * rate[k] + Spatial<S>{cross(own.angular, momentum.linear),
-                                                       cross(own.angular, momentum.angular) +
-                                                           cross(own.linear, momentum.linear)};
+            wrench[k] = inertia * rate[k] + gyroscopic(inertia, own);
         }
         gather(c);
     }
 
-    // The wrench that each body's parent gives it, in `wrench`, which held what acts on it from
-    // outside; of accelerations or jumps (nv). `inertia_at`: of a body in its axes.
+    // What each body's parent gives it beyond what hangs on it, in `wrench`, which held what acts
+    // on it from outside; of accelerations or jumps of the bodies. `inertia_at`: of a body in its
+    // axes; `moves`: with twists.
     template <typename InertiaAt>
-    void load(const S* change, InertiaAt inertia_at, S* along) {
-        move(change);
-        for (int k = 1; k < count(); ++k)
-            wrench[k] = in_world(k, inertia_at(k)) * twist[k] - wrench[k];
-        gather(along);
+    void load(const std::vector<Spatial<S>>& motion, InertiaAt inertia_at, bool moves) {
+        for (int k = 1; k < count(); ++k) {
+            const Inertia<S> own = in_world(k, inertia_at(k));
+            wrench[k] = own * motion[k] - wrench[k];
+            if (moves) wrench[k] += gyroscopic(own, twist[k]);
+        }
     }
 
     // Σ over all that hangs on each joint of the wrenches (each about its body's origin, world

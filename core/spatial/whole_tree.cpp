@@ -16,11 +16,7 @@ Tree<double> placed(const Model& model, const double* q) {
 std::vector<double> entries_of(const std::vector<Spatial<double>>& all) {
     std::vector<double> found;
     found.reserve(6 * all.size());
-    for (std::size_t k = 1; k < all.size(); ++k) {
-        const Spatial<double>& x = all[k];
-        found.insert(found.end(),
-                     {x.linear.x, x.linear.y, x.linear.z, x.angular.x, x.angular.y, x.angular.z});
-    }
+    for (std::size_t k = 1; k < all.size(); ++k) append(found, all[k]);
     return found;
 }
 
@@ -69,6 +65,26 @@ std::vector<double> bias(const Model& model, const double* q, const double* v,
     return c;
 }
 
+std::vector<double> energies(const Model& model, const double* q, const double* v,
+                             const double* gravity) {
+    Tree<double> tree = placed(model, q);
+    tree.move(v);
+    double kinetic = 0.0, potential = 0.0;
+    for (const Slot& slot : model.slots) kinetic += 0.5 * slot.armature * v[slot.v] * v[slot.v];
+    Spatial<double> momentum;
+    for (int k = 1; k < tree.count(); ++k) {
+        const Inertia<double> own = tree.in_world(k, inertia_of<double>(model.bodies[k]));
+        const Spatial<double> moved = own * tree.twist[k];
+        const Vec3<double> place = tree.world_place(tree.origin[k]);
+        kinetic += 0.5 * dot(tree.twist[k], moved);
+        potential -= dot(vec3<double>(gravity), place * own.mass + own.moment);
+        momentum += wrench_about(moved, place);
+    }
+    std::vector<double> found{kinetic, potential};
+    append(found, momentum);
+    return found;
+}
+
 AppliedImpulses apply_impulses(const Model& model, const double* q, const double* v,
                                const TreeImpulses& given) {
     const std::size_t nv = model.nv;
@@ -92,7 +108,9 @@ AppliedImpulses apply_impulses(const Model& model, const double* q, const double
     for (int k = 1; k < tree.count(); ++k)
         tree.wrench[k] = {tree.rotation[k] * outside[k].linear,
                           tree.rotation[k] * outside[k].angular};
-    tree.load(dv.data(), [&](int k) { return inertia_of<double>(model.bodies[k]); }, along.data());
+    tree.move(dv.data());
+    tree.load(tree.twist, [&](int k) { return inertia_of<double>(model.bodies[k]); }, false);
+    tree.gather(along.data());
     const std::vector<double> reactions = entries_of(tree.wrench);
     for (std::size_t i = 0; i < nv; ++i) after[i] += dv[i];
     tree.move(after.data());

@@ -17,6 +17,11 @@ std::vector<double> mass_matrix(const Model& model, const double* q);
 std::vector<double> bias(const Model& model, const double* q, const double* v,
                          const double* gravity);
 
+// (8) kinetic energy and that of weight, zero at the world's origin [J]; linear momentum, and
+// angular about there.
+std::vector<double> energies(const Model& model, const double* q, const double* v,
+                             const double* gravity);
+
 // Impulses in joints (nv), and wrenches (count, 6) on some bodies in the axes of their joints.
 struct TreeImpulses {
     const double* impulse = nullptr;

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-
-from .._core import Link, Load
+from .._core import Load
 from .._core import Program as CoreProgram
 from ..impact.flat.law import contact_law
+from ..impact.flat.links import flat_links_of
 from ..impact.flat.model import inertia_numbers
 from ..impact.flat.scene import FlatScene, flat_scene
 from ..scene import Restitution, RestitutionTable, Scene
@@ -92,10 +91,7 @@ def _made(scene: Scene, links: Sequence[str], pointed: Sequence[int]) -> Program
         contact_law(scene),
         bool(robot.nv == 0 or robot.is_always_regular),
         list(model.bodies[1:]),
-        [
-            Link(body=model.bodies[link.joint_id], centre=np.array(link.com_in_joint))
-            for link in robot.links
-        ],
+        flat_links_of(robot).core,
     )
     return Program(
         flat,

@@ -19,8 +19,8 @@ from ..robot.arrays import lock, read_only
 from ..scene.law import Law
 from ..scene.numbers import whole
 from .contact_law import find_others, solve_contacts
+from .flat.links import flat_links_of
 from .joint_loads import joint_loads
-from .reactions import joint_reactions
 from .status import Status
 from .uniqueness import problem_of
 
@@ -251,7 +251,7 @@ class Outcomes(OneLine):
 
         def loads(P: np.ndarray) -> dict[str, np.ndarray]:
             impact = self.impact_with(P)
-            own = joint_loads(impact, joint_reactions(impact))
+            own = joint_loads(impact, flat_links_of(impact.scene.robot).reactions(impact.loads))
             return {name: np.concatenate([each.force, each.moment]) for name, each in own.items()}
 
         start = loads(np.zeros(size))

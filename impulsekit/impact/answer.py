@@ -14,7 +14,9 @@ from ..robot.arrays import read_only
 from ..scene import Scene
 
 if TYPE_CHECKING:
+    from .._core import Loads, StateRows
     from .constraint_results import ConstraintResult
+    from .flat.scene import NamedPoint
     from .mechanics import Mechanics
     from .outcome import Outcome
     from .scene_jump import Solved
@@ -118,11 +120,47 @@ class Answer(Displayed):
             return self._solved
         from .scene_jump import jump_of
 
-        touches = () if self.outcome is None else self.outcome.touches
-        features = [(t.entry, t.feature) for t in touches if t.feature is not None and t.turns < 0]
-        touching = None if self.outcome is None else {touch.entry for touch in touches}
         own = self.scene, self._q, self._v
-        return jump_of(self.scene).solve(*own, touching, features or None)
+        return jump_of(self.scene).solve(*own, *self._taking_part)
+
+    @property
+    def rows(self) -> StateRows:
+        """The rows of the core at the points that touched."""
+        if self._solved is not None:
+            return self._solved.core.rows
+        from .scene_jump import jump_of
+
+        return jump_of(self.scene).rows(self._q, self._v, *self._taking_part)
+
+    @property
+    def _taking_part(self) -> tuple[set[int] | None, list[NamedPoint] | None]:
+        """The contacts that touched, and points of bodies by name; None where all do."""
+        if self.outcome is None:
+            return None, None
+        touches = self.outcome.touches
+        features = [(t.entry, t.feature) for t in touches if t.feature is not None and t.turns < 0]
+        return {touch.entry for touch in touches}, features or None
+
+    @cached_property
+    def loads(self) -> Loads:
+        """What the impact does to joints, links and bodies, in the core.
+
+        With Δv known, the recursion of Newton and Euler over the tree gives the wrench through
+        every joint: Chang & Huston 1995, eqs. (11), (12), without the gyroscopic couple. Entries
+        are those of ``impulses`` on links, then ``held``, then ``contacts``.
+        """
+        from .._core import impact_loads
+        from .flat.links import flat_links_of
+
+        scene, flat = self.scene, self.mechanics.flat
+        links = flat_links_of(scene.robot).core
+        numbers = np.array([x for entry in scene.impulses for x in entry.values], dtype=float)
+        own = flat.core, links, self._q, self._dv, numbers[flat.order]
+        if self.outcome is None:
+            return impact_loads(*own, None, np.zeros(0), np.zeros(0))
+        contacts = self.outcome.contacts
+        P = np.zeros(0) if contacts is None else contacts.impulse
+        return impact_loads(*own, self.rows, self.outcome.constraint_impulses, P)
 
     @cached_property
     def momentum_before(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Every impulse of an answer as a wrench on a body, for reactions and audits."""
+"""Every impulse of an answer as a wrench on a body, on Pinocchio, for audits."""
 
 from __future__ import annotations
 
@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BodyImpulse",
-    "at_point",
     "body_impulses",
-    "on_both_bodies",
-    "on_both_ends",
 ]
 
 
@@ -48,11 +45,11 @@ def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
         if isinstance(entry, AppliedImpulse):
             wrench = np.array(entry.values)
             site = frame_pair(scene.robot, entry).first
-            yield at_point(placement_of, site, wrench, entry.axes, name)
+            yield _at_point(placement_of, site, wrench, entry.axes, name)
     for constraint, result in zip(scene.held, impact.constraints, strict=True):
         said = rows_of_entry(scene.robot, constraint)
         if isinstance(said, FramePair):
-            yield from on_both_ends(placement_of, said, result.impulse, result.name)
+            yield from _on_both_ends(placement_of, said, result.impulse, result.name)
     if impact.outcome is None:
         return
     points = iter([point for result in impact.contacts for point in result.points])
@@ -65,24 +62,24 @@ def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
             bodies = touch.joint_ids, touch.frame_ids
             moment = None if point.turning is None else point.turning.impulse
             name, at = scene.entry_names("contacts")[touch.entry], point.position
-            yield from on_both_bodies(placement_of, *bodies, at, point.impulse, moment, name)
+            yield from _on_both_bodies(placement_of, *bodies, at, point.impulse, moment, name)
 
 
-def on_both_ends(
+def _on_both_ends(
     placement_of: PlacementOf, said: FramePair, impulse: np.ndarray, name: str
 ) -> Iterator[BodyImpulse]:
     """Return the wrenches on two frames of the (k,) impulses or forces of their rows."""
     first, at_other = said.places(placement_of)
     wrench = said.wrench(impulse, said.axes_at(first, at_other))
-    yield at_point(placement_of, said.first, wrench, "world", name)
+    yield _at_point(placement_of, said.first, wrench, "world", name)
     other = said.other
     if said.coincides:
         own = at_other.actInv(first.translation)
         other = replace(other, placement=other.placement * pin.SE3(np.eye(3), own))
-    yield at_point(placement_of, other, -wrench, "world", name)
+    yield _at_point(placement_of, other, -wrench, "world", name)
 
 
-def on_both_bodies(
+def _on_both_bodies(
     placement_of: PlacementOf,
     joint_ids: Sequence[int],
     frame_ids: Sequence[int],
@@ -103,7 +100,7 @@ def on_both_bodies(
         yield BodyImpulse(frame_id, joint_id, arm.act(pin.Force(linear, couple)), name)
 
 
-def at_point(
+def _at_point(
     placement_of: PlacementOf, site: Site, wrench: np.ndarray, axes: str, entry: str = ""
 ) -> BodyImpulse:
     """A wrench at a point of a frame, brought to the frame's joint.

@@ -100,9 +100,9 @@ class Impact(TouchedAnswer):
         joints of the URDF are there too, and "root_joint" is what the ground gives a
         robot on a fixed base.
         """
-        from .reactions import joint_reactions
+        from .flat.links import flat_links_of
 
-        return ByName(joint_reactions(self), "joint")
+        return ByName(flat_links_of(self.scene.robot).reactions(self.loads), "joint")
 
     @cached_property
     def joint_loads(self) -> Mapping[str, JointLoad]:

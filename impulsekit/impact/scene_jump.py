@@ -20,6 +20,7 @@ from .flat.scene import NamedPoint, check_directions, flat_of
 from .singular import singular_joints, singular_mass
 
 if TYPE_CHECKING:
+    from .._core import StateRows
     from ..scene import Scene
 
 __all__ = ["SceneJump", "Solved", "jump_of"]
@@ -76,15 +77,33 @@ class SceneJump:
             SingularMassError: M is singular and the constraints do not make up for it.
             InputError, RangeError: what the contact law refuses.
         """
+        inputs = self._inputs(q, touching, features)
+        own = self.flat.impulses if numbers is None else numbers[self.flat.order]
+        found = solve_scene(self.flat.core, self.law, q, v, own, inputs)
+        return self.solved(scene, found)
+
+    def rows(
+        self,
+        q: np.ndarray,
+        v: np.ndarray,
+        touching: Container[int] | None,
+        features: Sequence[NamedPoint] | None,
+    ) -> StateRows:
+        """Return the rows of an impact, see ``solve``."""
+        return self.flat.core.rows(q, v, None, self._inputs(q, touching, features))
+
+    def _inputs(
+        self,
+        q: np.ndarray,
+        touching: Container[int] | None,
+        features: Sequence[NamedPoint] | None,
+    ) -> Inputs | None:
         more: dict[str, Any] = self.flat.given(q) if self._is_given else {}
         if touching is not None:
             more["only"] = [i in touching for i in range(self._count)]
         if features is not None:
             more["features"] = features
-        inputs = Inputs(**more) if more else None
-        own = self.flat.impulses if numbers is None else numbers[self.flat.order]
-        found = solve_scene(self.flat.core, self.law, q, v, own, inputs)
-        return self.solved(scene, found)
+        return Inputs(**more) if more else None
 
     def solved(self, scene: Scene, found: SceneImpact) -> Solved:
         """Return an impact that the core has solved.

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..robot.arrays import lock
 from ..scene.numbers import vector
@@ -57,17 +56,9 @@ class LinkJump:
 
 
 def link_jumps(impact: Answer) -> dict[str, LinkJump]:
-    """Return the jump of every link by name; all of them in one forward pass, O(n)."""
-    robot = impact.scene.robot
-    data = impact.mechanics.scratch()
-    # Twists are linear in v at fixed q: those of dv are the jumps.
-    pin.forwardKinematics(robot.model, data, impact.q, impact.dv)
-    links = robot.links
-    twists = np.array([data.v[link.joint_id].vector for link in links]).reshape(-1, 6)
-    turns = np.array([data.oMi[link.joint_id].rotation for link in links]).reshape(-1, 3, 3)
-    places = np.array([link.com_in_joint for link in links]).reshape(-1, 3)
-    at_centres = twists[:, :3] + np.cross(twists[:, 3:], places)
-    linear = np.einsum("kij,kj->ki", turns, at_centres)
-    angular = np.einsum("kij,kj->ki", turns, twists[:, 3:])
-    lock(linear, angular)
-    return {link.name: LinkJump(linear[k], angular[k]) for k, link in enumerate(links)}
+    """Return the jump of every link by name."""
+    jumps = impact.loads.links.reshape(-1, 2, 3)
+    lock(jumps)
+    return {
+        link.name: LinkJump(*own) for link, own in zip(impact.scene.robot.links, jumps, strict=True)
+    }

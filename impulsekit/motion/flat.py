@@ -11,9 +11,10 @@ import numpy as np
 
 from .._core import AppliedForce as CoreForce
 from .._core import ConstantTorque, JointForce, MotionScene, PointSpring, Table, TimedTorque
+from .._core import Site as CoreSite
 from ..errors import InputError
 from ..impact.flat.law import contact_law
-from ..impact.flat.scene import FlatScene, core_site, flat_scene
+from ..impact.flat.scene import FlatScene, flat_scene
 from ..rows.entries import Site
 from ..scene import (
     Actuator,
@@ -90,21 +91,12 @@ class _Forces:
     def __init__(self, scene: Scene, flat: FlatScene, core: MotionScene) -> None:
         self._scene, self._robot = scene, scene.robot
         self._flat, self._core = flat, core
-        self._dry: dict[int, float] = {}
         self._corners: set[float] = set()
 
     def add_all(self) -> None:
         names = self._scene.entry_names("forces")
-        for force in self._scene.forces:
-            if isinstance(force, JointFriction):
-                at = self._v(force.joint)
-                self._dry[at] = self._dry.get(at, 0.0) + force.torque
         for force, name in zip(self._scene.forces, names, strict=True):
-            if isinstance(force, JointFriction):
-                at = self._v(force.joint)
-                self._core.add_dry(at, self._dry[at])
-            else:
-                self._add(force, name)
+            self._add(force, name)
 
     @property
     def corners(self) -> list[float]:
@@ -113,6 +105,9 @@ class _Forces:
 
     def _v(self, name: str) -> int:
         return int(self._robot.model.joints[self._robot.joint_id(name)].idx_v)
+
+    def _site(self, frame: str, at: Any) -> CoreSite:
+        return self._flat.model.site(Site.of(self._robot, frame, at))
 
     def _in_joint(self, name: str, **numbers: Any) -> None:
         joint = self._robot.model.joints[self._robot.joint_id(name)]
@@ -127,26 +122,23 @@ class _Forces:
                 limit=np.inf, side=_SIDES[force.acts], stores=True,
             )  # fmt: skip
         elif isinstance(force, Spring):
-            first = Site.of(self._robot, force.frame, force.at)
-            other = Site.of(self._robot, force.other, force.other_at)
-            bodies = self._flat.model.bodies
             spring = PointSpring(
-                first=bodies[first.joint_id], point=first.placement.translation,
-                other=bodies[other.joint_id], other_point=other.placement.translation,
-                stiffness=force.stiffness, damping=force.damping, rest=force.rest_length,
-                side=_WAYS[force.acts],
+                first=self._site(force.frame, force.at),
+                other=self._site(force.other, force.other_at), stiffness=force.stiffness,
+                damping=force.damping, rest=force.rest_length, side=_WAYS[force.acts],
             )  # fmt: skip
             core.add(spring)
         elif isinstance(force, AppliedForce):
-            site = Site.of(self._robot, force.frame, force.at)
-            own = core_site(self._flat.model.bodies[site.joint_id], site.placement)
-            applied = CoreForce(site=own, is_local=force.axes == "local")
+            site = self._site(force.frame, force.at)
+            applied = CoreForce(site=site, is_local=force.axes == "local")
             if force.is_constant:
                 applied.numbers = force.force_at(0.0)
             given = None if force.is_constant else partial(force.force_at, name=name)
             core.add(applied, given)
         elif isinstance(force, Actuator):
             self._actuate(force, name)
+        elif isinstance(force, JointFriction):
+            core.add_dry(self._v(force.joint), force.torque)
         else:
             raise TypeError(type(force).__name__)
 

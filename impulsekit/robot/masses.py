@@ -22,7 +22,7 @@ import pinocchio as pin
 from ..tolerances import NONZERO
 from .arrays import lock
 from .model_checks import check_capacity
-from .source import LinkInertial, RobotPart, tensor_of
+from .source import WHOLE, RobotPart
 
 
 def crba_of(model: pin.Model) -> Callable[[pin.Model, Any, np.ndarray], np.ndarray]:
@@ -282,7 +282,8 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
         if inertial is not None:
             mass = inertial.mass
             com = frame.placement.act(np.array(inertial.com))
-            inertia = _inertia_in_joint_axes(inertial, frame.placement.rotation)
+            turn = frame.placement.rotation @ pin.rpy.rpyToMatrix(*inertial.rpy)
+            inertia = turn @ np.array(inertial.moments)[WHOLE] @ turn.T
         elif joint_id in own_inertias:
             mass = float(frame.inertia.mass)
             com = frame.placement.act(np.array(frame.inertia.lever))
@@ -298,8 +299,8 @@ def links_of(model: pin.Model, parts: Sequence[RobotPart]) -> tuple[Link, ...]:
             com = np.array(frame.placement.translation)
             inertia = np.zeros((3, 3))
         seen_joints.add(joint_id)
-        lock(com, inertia)
         links.append(Link(frame.name, frame_id, joint_id, mass, com, inertia))
+    lock(*[link.com_in_joint for link in links], *[link.inertia_in_joint_axes for link in links])
     return tuple(links)
 
 
@@ -310,9 +311,3 @@ def _joints_whose_frames_carry_inertia(model: pin.Model) -> set[int]:
         mass[frame.parentJoint] += frame.inertia.mass
     whole = np.array([inertia.mass for inertia in model.inertias])
     return set(np.flatnonzero((mass > 0.0) & (abs(mass - whole) <= SAME_MASS * whole)).tolist())
-
-
-def _inertia_in_joint_axes(inertial: LinkInertial, link_rotation: np.ndarray) -> np.ndarray:
-    """(3, 3) the inertia of a link about its mass centre, in the axes of its joint."""
-    rotation = link_rotation @ pin.rpy.rpyToMatrix(*inertial.rpy)
-    return rotation @ tensor_of(inertial.moments) @ rotation.T

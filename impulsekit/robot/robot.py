@@ -24,7 +24,7 @@ from .arrays import array_of, floats, not_negative, number, text
 from .base import RobotBase
 from .reading import RobotReaders
 from .robot_xml import element, xml_of
-from .source import AddedBody, Changes, Ground, RobotPart, tensor_of
+from .source import WHOLE, AddedBody, Changes, Ground, RobotPart
 from .urdf_elements import MOMENTS, read_links
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def _moments(inertia: Any) -> tuple[float, ...]:
     if array.shape == (3,):
         array = np.diag(array)
     elif array.shape == (6,):
-        array = tensor_of(array)
+        array = array[WHOLE]
     if array.shape != (3, 3):
         raise ShapeError.of(what, (3, 3), array.shape, "or (6,) or (3,)")
     if not np.isfinite(array).all():
@@ -229,7 +229,7 @@ class Robot(RobotReaders):
         model = pin.Model(self.model)
         carrier = self.frame_id(frame)
         at = model.frames[carrier]
-        added = pin.Inertia(mass, np.array(centre), tensor_of(moments))
+        added = pin.Inertia(mass, np.array(centre), np.array(moments)[WHOLE])
         weld = pin.Frame(
             f"{whole_name}_weld", at.parentJoint, carrier, at.placement, pin.FrameType.FIXED_JOINT
         )

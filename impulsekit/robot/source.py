@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -17,10 +17,8 @@ if TYPE_CHECKING:
 Triple = tuple[float, float, float]
 
 
-def tensor_of(moments: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return (3, 3) of ixx, ixy, ixz, iyy, iyz, izz."""
-    ixx, ixy, ixz, iyy, iyz, izz = moments
-    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+# Where (3, 3) of an inertia stand in ixx, ixy, ixz, iyy, iyz, izz.
+WHOLE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..errors import shown
 from .robot_xml import Place, parsed_xml, text_of, xml_of
-from .source import tensor_of
+from .source import WHOLE
 from .urdf_elements import (
     LinkInertial,
     UrdfJoint,
@@ -160,7 +160,7 @@ def impossible_inertias(links: Mapping[str, LinkInertial]) -> list[str]:
     if not names:
         return []
     # In units of the largest, whose squares are doubles.
-    entries = np.array([tensor_of(links[name].moments) for name in names])
+    entries = np.array([links[name].moments for name in names])[:, WHOLE]
     unit = np.abs(entries).max()
     moments = np.linalg.eigvalsh(entries / unit)
     first, second, third = moments.T

@@ -11,7 +11,8 @@ def ball():
     from impulsekit.impact.flat.scene import flat_of
 
     robot = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    return robot, flat_of(ik.Scene(robot)).core
+    flat = flat_of(ik.Scene(robot))
+    return robot, flat.core, _core.Links(flat.model.core, [], [], [], [])
 
 
 INPUTS = (
@@ -21,14 +22,14 @@ INPUTS = (
 
 
 def solve(**changed):
-    robot, scene = ball()
+    robot, scene, links = ball()
     arrays = dict.fromkeys(INPUTS)
     arrays |= {"q": np.tile(robot.neutral(), (3, 1)), "v": np.ones((3, 6))}
     outputs = {"v_after": np.zeros((3, 6))}
     for name, value in changed.items():
         (arrays if name in arrays else outputs)[name] = value
     arrays["codes"], outputs["codes"] = np.zeros((2, 3), dtype=np.int8)
-    program = _core.Program(scene, _core.ContactLaw(_core.Law(), []), False, [], [])
+    program = _core.Program(scene, _core.ContactLaw(_core.Law(), []), False, [], links)
     program.solve(arrays, outputs, 1, None)
     return outputs["v_after"]
 
@@ -80,7 +81,7 @@ def test_a_motion_takes_numbers_of_gaps_that_it_has():
 def test_an_impact_is_differentiated_in_its_own_scene():
     import impulsekit as ik
 
-    robot, bare = ball()
+    robot, bare, _ = ball()
     scene = ik.Scene(robot, contacts=[ik.Contact("ball")])
     jump, _, impact = ik.solve(scene, robot.neutral(), -np.eye(6)[2]).solved
     assert _core.Derivation(jump.flat.core, jump.law, impact).unavailable.name == "none"

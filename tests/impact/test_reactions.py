@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
 from benchmarks.truths.maximal import impact_of_free_bodies
+from impulsekit.impact.forces import body_impulses
 from impulsekit.reference import KaneSystem, Load
 from impulsekit.reference.whittaker import struck_chain
 
@@ -45,6 +49,43 @@ def test_links_behind_fixed_joints_bear_their_own_momentum():
     np.testing.assert_allclose(impact.dv, [2.0], rtol=1e-14)
     close(impact.reactions["weld"], [4, 0, 0, 0, 0, 0], 1e-14)
     close(impact.reactions["foot"][0], 3 * 1 + 2 * 2 - 6, 1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "root"), [("panda", "fixed"), ("solo12", "freeflyer"), ("talos", "freeflyer")]
+)
+def test_reactions_are_those_of_pinocchio(name, root):
+    robot = ik.Robot.from_example(name, root=root)
+    q, v = random_state(robot, 1)
+    frames = [robot.links[-1].name, robot.links[len(robot.links) // 2].name]
+    contacts = [ik.Contact(frames[0], friction=0.5, rolling=0.01, torsion=0.02)]
+    anchors = [ik.DistanceAnchor(frames[1], other_at=[0.3, 0.2, 2.0])]
+    scene = ik.Scene(robot, [random_blow(frames[1], 1)], anchors, contacts)
+    impact = ik.solve(scene, q, v)
+    model = pin.Model(robot.model)
+    model.gravity.setZero()
+    outside = [pin.Force.Zero() for _ in model.names]
+    for item in body_impulses(impact):
+        outside[item.joint_id] += item.wrench_in_joint
+    data = model.createData()
+    pin.rnea(model, data, q, 0.0 * v, np.array(impact.dv), pin.StdVec_Force(outside))
+    size = max(np.abs(force.vector).max() for force in outside)
+    for joint in range(1, model.njoints):
+        turn = np.kron(np.eye(2), impact.mechanics.joint_rotations[joint])
+        close(impact.reactions[model.names[joint]], turn @ data.f[joint].vector, 1e-12 * size)
+
+
+def test_the_first_reactions_of_a_robot_are_one_pass():
+    robot = ik.Robot.from_example("talos", root="freeflyer")
+    blow = ik.AppliedImpulse("left_sole_link", linear=[0, 1, 0])
+    impact = ik.solve(ik.Scene(robot, [blow]), robot.neutral(), robot.velocity())
+    calls = []
+    sys.setprofile(lambda frame, event, _: calls.append(frame) if event == "call" else None)
+    try:
+        assert len(impact.reactions) > 50
+    finally:
+        sys.setprofile(None)
+    assert len(calls) <= 600
 
 
 @pytest.mark.parametrize("n", [2, 5, 10, 30])

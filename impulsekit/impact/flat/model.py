@@ -10,10 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..._core import Bodies, Joint, Model
+from ..._core import Site as CoreSite
 from ...errors import InputError
 
 if TYPE_CHECKING:
     from ...robot import Robot
+    from ...rows.entries import Site
 
 __all__ = ["FlatModel", "flat_model", "flat_model_of", "inertia_numbers"]
 
@@ -54,6 +56,15 @@ class FlatModel:
 
     core: Model
     bodies: tuple[int, ...]
+
+    def site(self, site: Site) -> CoreSite:
+        """A point of a frame in the core."""
+        return CoreSite(
+            body=self.bodies[site.joint_id],
+            frame=site.frame_id,
+            point=site.placement.translation,
+            axes=np.array(site.placement.rotation),
+        )
 
 
 @dataclass(frozen=True)

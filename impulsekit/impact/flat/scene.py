@@ -48,7 +48,6 @@ __all__ = [
     "FlatScene",
     "Flattening",
     "check_directions",
-    "core_site",
     "flat_of",
     "flat_scene",
 ]
@@ -200,7 +199,7 @@ class Flattening:
             first = len(numbers)
             if isinstance(entry, AppliedImpulse):
                 site = Site.of(self._robot, entry.frame, entry.at)
-                blow = Blow(site=self._site(site), is_local=entry.axes == "local")
+                blow = Blow(site=self._model.site(site), is_local=entry.axes == "local")
                 self._core.add_blow(blow)
                 numbers += entry.values
                 blows += range(first, len(numbers))
@@ -212,9 +211,6 @@ class Flattening:
                     self._core.add_kick(v)
         order = blows + kicks
         return np.array([numbers[i] for i in order], dtype=float), order
-
-    def _site(self, site: Site) -> CoreSite:
-        return core_site(self._model.bodies[site.joint_id], site.placement)
 
     def _hold(self) -> tuple[tuple[str, ...], tuple[slice, ...], tuple[int, ...]]:
         scene = scene_at(self._scene, 0.0)
@@ -274,8 +270,8 @@ class Flattening:
 
     def _pair(self, said: FramePair) -> Pair:
         return Pair(
-            first=self._site(said.first),
-            other=self._site(said.other),
+            first=self._model.site(said.first),
+            other=self._model.site(said.other),
             coincides=said.coincides,
             carrier=Carrier[said.carrier],
             axes=np.ascontiguousarray(said.axes),
@@ -330,12 +326,15 @@ class Flattening:
         contact = CoreContact(limit=bodies.margin, turns=turns(entry))
         contact.first, contact.other = (body.shapes for body in both)
         if ball is None:
-            sites = [CoreSite(body=self._model.bodies[body.joint_id]) for body in both]
+            sites = [
+                CoreSite(body=self._model.bodies[body.joint_id], frame=body.frame_id)
+                for body in both
+            ]
             contact.kind = ContactKind.shapes
             self._shaped.append(index)
         else:
             sites = [
-                core_site(self._model.bodies[piece.parentJoint], piece.placement)
+                self._model.site(Site(piece.parentJoint, piece.parentFrame, piece.placement))
                 for piece in (pieces if ball.sign > 0.0 else pieces[::-1])
             ]
             contact.kind, contact.shape = ContactKind.ball, ball
@@ -343,11 +342,6 @@ class Flattening:
         self._rub(entry, robot.model.frames[both[1].frame_id], contact)
         self._core.add_contact(contact)
         return (both[0].joint_id, both[1].joint_id), (both[0].frame_id, both[1].frame_id)
-
-
-def core_site(body: int, placement: pin.SE3) -> CoreSite:
-    """A frame at a placement in the joint of a body of the core."""
-    return CoreSite(body=body, point=placement.translation, axes=np.array(placement.rotation))
 
 
 def _ball_of(pieces: Sequence[Any]) -> Ball | None:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...formatting import OneLine
-from ...impact.forces import body_impulses
 from ...named import ByName
 from ...robot.arrays import lock
-from .energies import momentum_at
+from ...scene import AppliedImpulse
+from .energies import momenta_of
 
 if TYPE_CHECKING:
     from ...impact import Impact
@@ -50,19 +50,11 @@ def momentum_balance(
 ) -> MomentumBalance:
     """The balance between two times; see ``Trajectory.balance``."""
     a, b = motion.checked_span(start, end)
-    loads = motion.loads
-    names = [
-        *(name for kind in _KINDS for name in motion.scene.entry_names(kind)),
-        "weight",
-        "base",
-    ]
-    nothing = np.zeros(6)
-
-    def all_at_once(one) -> np.ndarray:
-        return np.concatenate([one.wrenches.get(name, nothing) for name in names])
-
-    total = loads.integral(a, b, all_at_once, 6 * len(names)).reshape(-1, 6)
-    shares = dict(zip(names, total, strict=True))
+    held = [*motion.scene.entry_names("held"), *motion.scene.entry_names("contacts")]
+    names = [*held, *motion.scene.entry_names("forces"), "weight", "base"]
+    total = motion.loads.integral(a, b, lambda loads: loads.wrenches.ravel(), 6 * len(names))
+    shares = {name: np.zeros(6) for name in motion.scene.entry_names("impulses")}
+    shares |= dict(zip(names, total.reshape(-1, 6), strict=True))
     hits = [impact for time, impact in motion.impacts if (start is None or time > a) and time <= b]
     first = motion.at(a)
     if start is None and hits and motion.impacts[0][0] == a:
@@ -70,24 +62,20 @@ def momentum_balance(
     for impact in hits:
         _add(shares, impact)
     lock(*shares.values())
-    model, data = loads.model, loads.data_of_robot
-    change = momentum_at(model, data, *motion.at(b)) - momentum_at(model, data, *first)
+    q, v = map(np.array, zip(first, motion.at(b), strict=True))
+    momentum = momenta_of(motion, (q, v))
+    ends = np.hstack([momentum.linear, momentum.angular])
+    change = ends[1] - ends[0]
     change.setflags(write=False)
     return MomentumBalance(a, b, change, ByName(shares, "entry"))
 
 
-_KINDS = ("impulses", "constraints", "contacts", "forces")
-
-
 def _add(shares: dict[str, np.ndarray], impact: Impact) -> None:
     """Add an impact's momentum to the shares of its entries."""
-    mechanics, model = impact.mechanics, impact.scene.robot.model
-    for item in body_impulses(impact):
-        if item.joint_id > 0:
-            placement = mechanics.joint_placement(item.joint_id)
-            shares[item.entry] = shares[item.entry] + placement.act(item.wrench_in_joint).vector
-    for joint_id in range(1, model.njoints):
-        if model.parents[joint_id] == 0:
-            through = impact.reactions[model.names[joint_id]]
-            arm = np.cross(mechanics.joint_placement(joint_id).translation, through[:3])
-            shares["base"] = shares["base"] + through + np.concatenate([np.zeros(3), arm])
+    scene, loads = impact.scene, impact.loads
+    struck = zip(scene.entry_names("impulses"), scene.impulses, strict=True)
+    names = [name for name, entry in struck if isinstance(entry, AppliedImpulse)]
+    names += [*scene.entry_names("held"), *scene.entry_names("contacts")]
+    for name, wrench in zip(names, loads.entries.reshape(-1, 6), strict=True):
+        shares[name] = shares[name] + wrench
+    shares["base"] = shares["base"] + loads.base

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from ...formatting import OneLine
+from ...impact.flat.model import flat_model_of
 from ...robot.arrays import read_only
-from ...robot.masses import crba_of, symmetric
 
 if TYPE_CHECKING:
     from .sampled import SampledMotion
 
-__all__ = ["EnergyHistory", "MomentumHistory", "energies_of", "momenta_of", "momentum_at"]
+__all__ = ["EnergyHistory", "MomentumHistory", "energies_of", "momenta_of"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,43 +55,26 @@ States = tuple[np.ndarray, np.ndarray]
 
 def energies_of(motion: SampledMotion, states: States | None = None) -> EnergyHistory:
     """See ``Trajectory.energy``; of (T, nq) and (T, nv) ``states`` where they are given."""
-    configurations, velocities = (motion.q, motion.v) if states is None else states
-    model = _with_gravity(motion)
-    data = model.createData()
-    core = motion.loads.core if motion.scene.forces else None
-    rows, crba = np.empty((len(configurations), 3)), crba_of(model)
-    for row, q, v in zip(rows, configurations, velocities, strict=True):
-        # By M itself: Pinocchio's own function takes no mimic joints.
-        mass_matrix = np.array(crba(model, data, q)).reshape(model.nv, model.nv)
-        row[0] = 0.5 * v.dot(symmetric(mass_matrix)).dot(v)
-        pin.forwardKinematics(model, data, q)
-        row[1] = -sum(
-            inertia.mass * model.gravity.linear.dot(placement.act(inertia.lever))
-            for inertia, placement in zip(model.inertias, data.oMi, strict=True)
-        )
-        row[2] = core.spring_energy(q) if core is not None else 0.0
-    kinetic, gravity, springs = (read_only(column.copy()) for column in rows.T)
-    return EnergyHistory(kinetic, gravity, springs)
+    rows = _rows_of(motion, states)
+    configurations = motion.q if states is None else states[0]
+    springs = np.zeros(len(rows))
+    if motion.scene.forces:
+        springs[:] = [motion.loads.core.spring_energy(q) for q in configurations]
+    # What stands on the world has weight, too.
+    base = motion.scene.robot.model.inertias[0]
+    rows[:, 1] -= base.mass * np.dot(motion.scene.gravity, base.lever)
+    return EnergyHistory(*(read_only(x) for x in (rows[:, 0].copy(), rows[:, 1].copy(), springs)))
 
 
 def momenta_of(motion: SampledMotion, states: States | None = None) -> MomentumHistory:
     """See ``Trajectory.momentum``; of (T, nq) and (T, nv) ``states`` where they are given."""
+    rows = _rows_of(motion, states)
+    return MomentumHistory(read_only(rows[:, 2:5].copy()), read_only(rows[:, 5:].copy()))
+
+
+def _rows_of(motion: SampledMotion, states: States | None) -> np.ndarray:
+    """(T, 8) kinetic energy, that of weight, and momenta."""
     configurations, velocities = (motion.q, motion.v) if states is None else states
-    model = _with_gravity(motion)
-    data = model.createData()
-    own = [momentum_at(model, data, q, v) for q, v in zip(configurations, velocities, strict=True)]
-    linear, angular = np.array(own).reshape(-1, 2, 3).swapaxes(0, 1).copy()
-    return MomentumHistory(read_only(linear), read_only(angular))
-
-
-def momentum_at(model: pin.Model, data: pin.Data, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """(6,) linear, and angular about the world's origin."""
-    about_com = pin.computeCentroidalMomentum(model, data, q, v)
-    moment = about_com.angular + np.cross(data.com[0], about_com.linear)
-    return np.concatenate([about_com.linear, moment])
-
-
-def _with_gravity(motion: SampledMotion) -> pin.Model:
-    model = pin.Model(motion.scene.robot.model)
-    model.gravity.linear = np.array(motion.scene.gravity)
-    return model
+    core, gravity = flat_model_of(motion.scene.robot).core, np.array(motion.scene.gravity)
+    found = [core.energies(q, v, gravity) for q, v in zip(configurations, velocities, strict=True)]
+    return np.array(found).reshape(-1, 8)
