@@ -14,8 +14,6 @@ namespace {
 
 // Phases of sticking and slip; steps of one phase.
 constexpr int kMostPhases = 100000, kMostSteps = 5000;
-// Error of a step of slip, in units in which velocity, mobility and normal stiffness are 1.
-constexpr double kStepError = 1e-9, kImplicit = 1e3;
 // Slip that begins with the impact keeps its way for this time, up to its square; what that misses
 // of the impulse is its fourth power.
 constexpr double kBegins = 1e-3;
@@ -136,7 +134,7 @@ class Springs {
             for (int i = 0; i < 3; ++i) {
                 const double w = rate[i], h = std::sin(0.5 * w * t);
                 const double c = 1.0 - 2.0 * h * h, s = 2.0 * h * std::cos(0.5 * w * t);
-                const bool free = w * t < 1e-8;
+                const bool free = w * t * w * t < tolerance::last_bits;
                 const double sine = free ? t : s / w;
                 x[i] = at[i] * c + speed[i] * sine;
                 y[i] = -at[i] * w * s + speed[i] * c;
@@ -274,7 +272,9 @@ class Springs {
             return std::min({m[0], m[1], m[2]});
         };
         Stepper stepper(Method::dop853, 0, 5,
-                        {kStepError, kStepError * std::abs(start_[2]), kImplicit, 0.0}, 0.0);
+                        {tolerance::residual, tolerance::residual * std::abs(start_[2]),
+                         tolerance::implicit, 0.0},
+                        0.0);
         stepper.slopes = [&](const double* y, double* J) { differentiate(y, J); };
         stepper.next =
             1.0 / (g * std::abs(u_[2]) + turns * std::hypot(u_[0], u_[1]) + std::sqrt(g) * depth_);

@@ -12,9 +12,6 @@ namespace impulsekit {
 namespace {
 
 constexpr int kMostSteps = 20000;
-// Error of a step, in units in which velocities and mobilities are of size 1; Radau's estimate is
-// of lower order than its steps.
-constexpr double kError = 1e-13, kImplicit = 1000.0;
 // Searches within a step for the time of a change.
 constexpr int kSearches = 60;
 
@@ -24,7 +21,8 @@ class Waves {
     explicit Waves(LzbState& state)
         : y(state.size(), 0.0),
           state_(state),
-          stepper_(Method::dop853, 0, state.size(), {kError, kError, kImplicit, 0.0}, 0.0),
+          stepper_(Method::dop853, 0, state.size(),
+                   {tolerance::solved, tolerance::solved, tolerance::implicit, 0.0}, 0.0),
           f_([&state](double, const double* at, double* dy) {
               state.rates(at, dy);
               return true;

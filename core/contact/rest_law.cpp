@@ -14,8 +14,6 @@ namespace {
 constexpr int kRefinements = 6;
 // The least share of a load, which the steps of refinement still bring to its place.
 constexpr double kLeastShare = 1e-2;
-// Rows that move nothing, relative to the most mobile.
-constexpr double kImmovable = 1e-20;
 // Rounds in which points are let go or pressed again before the search over cones.
 constexpr int kRounds = 4;
 // Rounds in which points with loads find shares that all of them hold, and how much of what it is
@@ -115,7 +113,7 @@ class RestLaw {
         for (int r = 0; r < rows_; ++r) most = std::max(most, p_.W[r * rows_ + r]);
         for (int r = 0; r < rows_; ++r) {
             const double own = p_.W[r * rows_ + r];
-            unit_[r] = own > kImmovable * most ? 1.0 / std::sqrt(own) : 0.0;
+            unit_[r] = own > tolerance::immovable * most ? 1.0 / std::sqrt(own) : 0.0;
             scale_ = std::max(scale_, unit_[r] * std::abs(p_.b[r]));
         }
         share_loads();

@@ -39,6 +39,9 @@ inline constexpr double gain = 1e-10;
 // Tangential springs that slip keep their ways while they have less than this of their depth, where
 // they would turn ever faster: what that misses of the impulse is the square.
 inline constexpr double shallow = 1e-5;
+// Steps of Radau along springs may have an estimate so many times the error that is allowed: it is
+// of lower order than they are.
+inline constexpr double implicit = 1e3;
 // Coefficients below this are zero: products with them would leave the doubles.
 inline constexpr double negligible = 1e-150;
 

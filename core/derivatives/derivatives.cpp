@@ -20,12 +20,8 @@ constexpr double kOnCone = 1e-6;
 constexpr double kProportion = 1e7;
 // The step of differences in the slope of a function, beside the velocities.
 constexpr double kStep = 1e-3;
-// A row whose square is this much smaller than the largest moves nothing.
-constexpr double kNullRow = 1e-22;
 // So many hits are differentiated one by one; longer series are known by their limit.
 constexpr int kMostHits = 2000;
-// Hits that leave more of the impulses than this share are not all of a series.
-constexpr double kSummedUp = 1e-10;
 
 // de/d(approach speed), and whether it was found by differences; edges are told by their kind.
 double slope_of(const BySpeed& e, double speed, double scale, bool& by_differences,
@@ -350,12 +346,13 @@ bool Derivation::find_hits_in_turn(const ContactProblem& contact, std::vector<in
         order.push_back(i);
         shares.insert(shares.end(), hit.impulse, hit.impulse + 3);
     }
-    // The rest of a series without end was summed up, not followed.
+    // The rest of a series without end was summed up, not followed: then more is left than
+    // rounding.
     const std::vector<double>& P = given_.solution->contact.impulse;
     std::vector<double> left(P.begin(), P.begin() + rows);
     for (std::size_t h = 0; h < order.size(); ++h)
         for (int k = 0; k < 3; ++k) left[3 * order[h] + k] -= shares[3 * h + k];
-    if (largest(left.data(), rows) > kSummedUp * largest(P.data(), rows)) {
+    if (largest(left.data(), rows) > 10.0 * tolerance::handed_on * largest(P.data(), rows)) {
         unavailable = Unavailable::too_many_hits;
         return false;
     }
@@ -599,7 +596,7 @@ void Derivation::solve_system(Stage& stage) {
     stage.null.assign(count, 0);
     stage.scale.assign(count, 1.0);
     for (int i = 0; i < count; ++i) {
-        stage.null[i] = W[i * (count + 1)] <= kNullRow * most;
+        stage.null[i] = W[i * (count + 1)] <= tolerance::immovable * most;
         if (!stage.null[i]) stage.scale[i] = 1.0 / std::sqrt(W[i * (count + 1)]);
     }
     const int m = stage.bilateral();

@@ -42,8 +42,6 @@ namespace {
 
 using V = Vec3<double>;
 
-// Faces whose cosines to a direction differ by less face it alike.
-constexpr double kFacesAlike = 1e-6;
 // Faces and crossings that look further away from the normal of all have no part in it (cosine).
 constexpr double kFacesNormal = 0.5;
 // The same to say that a face looks along the normal.
@@ -130,7 +128,7 @@ void add_corners(Finder& finder, int side, const std::vector<char>& near) {
     const V towards = side == 0 ? finder.n : -finder.n;
     double best = -1.0;
     for (const Face& face : ground.faces) best = std::max(best, dot(face.normal, towards));
-    const double least = std::max(kFacesNormal, best - kFacesAlike);
+    const double least = std::max(kFacesNormal, best - kAlike);
     for (std::size_t i = 0; i < own.points.size(); ++i) {
         if (!near[i]) continue;
         double over = -std::numeric_limits<double>::infinity();

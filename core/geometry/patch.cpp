@@ -21,8 +21,6 @@ namespace {
 
 using V = Vec3<double>;
 
-// An arc beyond a rim by less than this is on it [m]; a share of an arc below this is rounding.
-constexpr double kWithin = 1e-3 * kBeside, kSliver = 1e-6;
 constexpr int kRimPoints = 8;
 constexpr double kTurn = 6.283185307179586;
 
@@ -106,7 +104,7 @@ void close_polygon(Area& area, const Shape& shape, const V& along, const Frame& 
     for (const Shape::Edge& edge : shape.edges) {
         const V e = shape.points[edge.end] - shape.points[edge.start];
         const double up = impulsekit::dot(e, along), square = impulsekit::dot(e, e);
-        if (square - up * up > (1.0 - 2.0 * kSliver) * square) {
+        if (square - up * up > (1.0 - 2.0 * kAlike) * square) {
             area.across = frame.flat(e);
             break;
         }
@@ -308,7 +306,7 @@ void add_arcs(const Area& disc, const Area& area, std::vector<Spot>& out) {
     if (area.radius > 0.0) {
         const V2 along = middle - area.corners[0];
         const double apart = length(along);
-        if (apart + r > area.radius + kWithin && apart > 0.0) {
+        if (apart + r > area.radius + tolerance::alike && apart > 0.0) {
             const double cosine =
                 (area.radius * area.radius - r * r - apart * apart) / (2.0 * r * apart);
             if (cosine <= -1.0) return;
@@ -331,7 +329,7 @@ void add_arcs(const Area& disc, const Area& area, std::vector<Spot>& out) {
         return;
     }
     for (const Arc& arc : arcs_left(cuts)) {
-        const double pieces = std::max(1.0, std::ceil(arc.size / (kTurn / kRimPoints) - kSliver));
+        const double pieces = std::max(1.0, std::ceil(arc.size / (kTurn / kRimPoints) - kAlike));
         for (int k = 0; k <= pieces; ++k) add(arc.start + k * arc.size / pieces);
     }
 }

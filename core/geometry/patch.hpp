@@ -10,12 +10,14 @@ namespace impulsekit {
 
 // A point beside a face, or beyond the end of an edge, by less than this is on it [m].
 inline constexpr double kBeside = 1e-6;
-// Points nearer to each other than this are one [m].
-inline constexpr double kOnePoint = 3e-6;
+// Points nearer to each other than this are one [m]: each of them may be beside a third.
+inline constexpr double kOnePoint = 3.0 * kBeside;
+// Cosines, and shares of an arc, that differ by less are alike: digits of meshes.
+inline constexpr double kAlike = 1e-6;
 // Edges that cross at a smaller angle (sine) end no patch; alone they are a point all the same.
 inline constexpr double kEndsPatch = 1e-3;
-// A rim whose far side is this near to a face [m] lies flat, and comes to lie flat.
-inline constexpr double kLiesFlat = 3e-8, kComesFlat = 2e-8;
+// A rim whose far side is this near to a face [m] comes to lie flat, and lies flat.
+inline constexpr double kComesFlat = 2e-8, kLiesFlat = 1.5 * kComesFlat;
 // Edges that cross at a smaller angle than when they were named, by this part, are parallel.
 inline constexpr double kStillCross = 1e-3;
 

@@ -14,8 +14,9 @@ namespace {
 // Bodies turn by this, or move by this many radii, for the rates of what is followed on them.
 constexpr double kMove = 1e-3;
 // Overlaps deeper than these are no motion that is right: of points and stops, whose drift is taken
-// out after every step, and of bodies, in radii of the smaller one and at most [m].
-constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e-5, kAlways = 2e-6;
+// out after every step, and of bodies, in radii of the smaller one and at most [m]; what has not
+// left its face is not too deep.
+constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e-5;
 // Corners, ends and rims that come down more slowly stay [m/s]: they would hop some 1e-9 m high.
 constexpr double kSlowCorner = 2e-4;
 
@@ -146,7 +147,7 @@ ContactGaps::ContactGaps(const Scene& scene, const ContactLaw& law, GapFunctions
             gap.capture = has_ends(contact) ? kSlowCorner : kCreeps;
             gap.rests = kCreeps;
             gap.deepest =
-                std::max(std::min(kDeepestOfBodies, kDeepestOfRadius * gap.smaller), kAlways);
+                std::max(std::min(kDeepestOfBodies, kDeepestOfRadius * gap.smaller), kLeft);
         }
         gaps_.push_back(gap);
     }

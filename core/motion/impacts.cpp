@@ -15,11 +15,12 @@ constexpr double kContactMargins[] = {1e-8, 1e-7, 1e-6, 1e-5};
 constexpr int kChatter = 8;
 constexpr double kQuick = 1e-3;
 // Points that touch and move more slowly against each other lie still [m/s].
-constexpr double kStill = 1e-8;
-// If friction jams, points are pressed in by this part of the slip, or of what it is a sum of.
-constexpr double kPressed[] = {1e-12, 1e-8, 1e-6}, kPressedOfSum = 1e-14;
-// Changes of velocity so many times the pressing, and of this share of the slip, are an impact's.
-constexpr double kAnImpact = 1e3, kOfSlip = 1e-7;
+constexpr double kStill = 2.0 * kLifted;
+// If friction jams, points are pressed in by this part of the slip, or by rounding of what it is a
+// sum of.
+constexpr double kPressed[] = {1e-12, 1e-8, 1e-6};
+// Changes of velocity so many times the pressing, and beyond the edge of the slip, are an impact's.
+constexpr double kAnImpact = 1e3;
 
 }  // namespace
 
@@ -203,7 +204,7 @@ bool Motion::press_in(const std::vector<RestingContact>& points, const std::vect
                       double fastest, double sums) {
     const int n = static_cast<int>(points.size());
     for (double share : kPressed) {
-        const double pressed = std::max(share * fastest, kPressedOfSum * sums);
+        const double pressed = std::max(share * fastest, tolerance::sums * sums);
         if (!(pressed > 0.0)) return false;
         Correction press;
         for (int i = 0; i < n; ++i) {
@@ -217,7 +218,7 @@ bool Motion::press_in(const std::vector<RestingContact>& points, const std::vect
         for (int r = 0; r < 3 * n; ++r)
             most =
                 std::max(most, std::abs(dot(J.data() + r * nv(), impact.solution.dv.data(), nv())));
-        if (!(most > std::max(kAnImpact * pressed, kOfSlip * fastest))) continue;
+        if (!(most > std::max(kAnImpact * pressed, tolerance::edge * fastest))) continue;
         if (!go_on_after(std::move(impact), true, true)) return false;
         return find_resting_contacts(points, false, slow_);
     }
