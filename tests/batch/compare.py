@@ -46,6 +46,17 @@ def scene_of_row(scene, i, impulses=None, restitution=None, friction=None, point
     return replace(scene, impulses=blows, contacts=contacts)
 
 
+def normal_components(contact):
+    """Mean u_n⁻ and u_n⁺ of the points that carry an impulse, and the sum of their P_n."""
+    found = [np.zeros(3)]
+    for point in contact.points:
+        if point.impulse.any():
+            way = np.sign(point.impulse) if point.normal is None else point.normal
+            found.append([way @ point.velocity_before, way @ point.velocity_after,
+                          way @ point.impulse])  # fmt: skip
+    return np.sum(found, axis=0) / ([max(len(found) - 1, 1)] * 2 + [1])
+
+
 def worst_difference(scene, q, v, outputs=OUTPUTS, **varying):
     """The largest relative difference of any output over the valid rows, and the batch."""
     batch, robot = ik.solve_batch(scene, q, v, outputs=outputs, **varying), scene.robot
@@ -76,6 +87,8 @@ def worst_difference(scene, q, v, outputs=OUTPUTS, **varying):
                 impulses[k, : len(contact.impulse)] = contact.impulse
             size = max(load, np.abs(impulses).max(initial=0.0), np.abs(held).max(initial=0.0))
             wanted["contact_impulses"] = impulses, size
+            along = np.array([normal_components(contact) for contact in impact.contacts])
+            wanted["normal_components"] = along.reshape(-1, 3), max(size, speed)
             # Redundant rows share as they like.
             told = np.array([row for c in impact.constraints for row in c.unique_rows], dtype=bool)
             own = batch.arrays.get("constraint_impulses", held[None])[i]
