@@ -5,6 +5,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 
+#include <chrono>
 #include <optional>
 
 #include "bind/fields.hpp"
@@ -163,20 +164,23 @@ void bind_settings(nb::module_& module) {
                      Ended::rest_not_solved, "penetration", Ended::penetration);
 }
 
-// Steps between two looks at Ctrl-C where nobody asks for more.
-constexpr int kBetweenChecks = 16;
+using Clock = std::chrono::steady_clock;
 
-// Steps, none beyond a horizon, while a condition holds; `on_time` is called with the time after so
-// many of them.
+// Time between two looks at Ctrl-C: each takes Python's lock, for which threads wait.
+constexpr Clock::duration kBetweenLooks = std::chrono::milliseconds(20);
+
+// Steps, none beyond a horizon, while a condition holds; `on_time` is called with the time now and
+// then, or after each step.
 template <typename Condition>
-void run_while(Motion& motion, double horizon, const nb::object& on_time, int every,
+void run_while(Motion& motion, double horizon, const nb::object& on_time, bool each_step,
                const Condition& goes_on) {
-    if (every < 1) throw nb::value_error("every: must be >= 1");
     motion.go_on();
     const bool has_callback = !on_time.is_none();
     const nb::gil_scoped_release free;
-    for (int count = 1; goes_on() && motion.advance(horizon); ++count) {
-        if (count % every != 0) continue;
+    Clock::time_point last = Clock::now();
+    while (goes_on() && motion.advance(horizon)) {
+        if (!each_step && Clock::now() - last < kBetweenLooks) continue;
+        last = Clock::now();
         const nb::gil_scoped_acquire lock;
         if (PyErr_CheckSignals() != 0) throw nb::python_error();
         if (has_callback) on_time(motion.now.t);
@@ -184,13 +188,13 @@ void run_while(Motion& motion, double horizon, const nb::object& on_time, int ev
 }
 
 // On to a time, at least.
-void run(Motion& motion, double until, double horizon, const nb::object& on_time, int every) {
-    run_while(motion, horizon, on_time, every, [&] { return motion.now.t < until; });
+void run(Motion& motion, double until, double horizon, const nb::object& on_time, bool each_step) {
+    run_while(motion, horizon, on_time, each_step, [&] { return motion.now.t < until; });
 }
 
 void run_to_impact(Motion& motion, double until, double horizon) {
     const std::size_t known = motion.impacts.size();
-    run_while(motion, horizon, nb::none(), kBetweenChecks,
+    run_while(motion, horizon, nb::none(), false,
               [&] { return motion.impacts.size() == known && motion.now.t < until; });
 }
 
@@ -283,5 +287,5 @@ void bind_motion(nb::module_& module) {
         .def("resting_state", &Motion::resting_state_at, nb::arg("at"))
         .def("run_to_impact", &run_to_impact, nb::arg("until"), nb::arg("horizon"))
         .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),
-             nb::arg("every"));
+             nb::arg("each_step"));
 }

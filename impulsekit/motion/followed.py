@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Followed", "checked_start"]
 
-# Steps between two looks at Ctrl-C.
-BETWEEN_LOOKS = 16
-
 
 class Followed:
     """A motion.
@@ -89,8 +86,7 @@ class Followed:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 self.begin()
                 if core.begun:
-                    every = BETWEEN_LOOKS if progress is None else 1
-                    core.run(duration, duration, look, every)
+                    core.run(duration, duration, look, progress is not None)
                 heed()
         except KeyboardInterrupt:
             return MotionStatus.INTERRUPTED

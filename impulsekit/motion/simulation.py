@@ -30,7 +30,7 @@ from ..scene.functions import let_through, of_function
 from ..scene.motion import MotionSettings
 from ..scene.numbers import number
 from .flat import flat_motion
-from .followed import BETWEEN_LOOKS, Followed, checked_start, warn_of_start
+from .followed import Followed, checked_start, warn_of_start
 from .record.loads import pushed_points
 from .record.sampled import Impacts, slip_without_direction
 from .record.status import MotionStatus
@@ -241,7 +241,7 @@ class Simulation(Displayed):
         core = self._obeying()
         if core.t < t:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                core.run(t, horizon, None, BETWEEN_LOOKS)
+                core.run(t, horizon, None, False)
             self._stop_at(t)
         self._t = t
         return self
