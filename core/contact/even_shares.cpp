@@ -31,16 +31,15 @@ int held_rows(const ConeSystem& s, const double* P, const double* xi, double sla
     return count;
 }
 
-// Rows that would act if all that approaches or adheres stuck.
-int acting_rows(const ConeSystem& s, int* held) {
+// Rows that would act if all that approaches or adheres stuck; `xi` as impulses at floors above
+// zero leave it, against which what is pressed sticks too.
+int acting_rows(const ConeSystem& s, const double* xi, int* held) {
     int count = 0;
-    const auto acts = [&](int c) {
-        return s.b[s.normal[c]] < 0.0 || s.floor[c] > 0.0 || s.adhesion[c] > 0.0;
-    };
+    const auto acts = [&](int c) { return xi[s.normal[c]] < 0.0 || s.adhesion[c] > 0.0; };
     for (int c = 0; c < s.contacts; ++c)
         if (acts(c)) held[count++] = s.normal[c];
     for (int k = 0; k < s.groups; ++k)
-        if (s.contact[k] < 0 || acts(s.contact[k]))
+        if (s.contact[k] < 0 || acts(s.contact[k]) || s.floor[s.contact[k]] > 0.0)
             for (int j = 0; j < s.size[k]; ++j) held[count++] = s.first[k] + j;
     return count;
 }
@@ -57,14 +56,15 @@ void factor_held(const ConeSystem& s, Held& held, Arena& arena) {
     held.is_factored = true;
 }
 
-// P of all held rows sticking. Of what can be shared it is the least in the metric D, of equally
-// stiff springs.
-void stick(const ConeSystem& s, const Held& held, double* P, Arena& arena) {
+// P of all held rows sticking, from a P and its ξ. Of what can be shared it is the least in the
+// metric D, of equally stiff springs.
+void stick(const Held& held, const double* xi, double* P, Arena& arena) {
     Arena::Scope scope(arena);
     const int n = held.count;
     double* x = arena.allocate(n);
-    for (int i = 0; i < n; ++i) x[i] = -s.b[held.rows[i]] / held.root[i];
+    for (int i = 0; i < n; ++i) x[i] = -xi[held.rows[i]] / held.root[i];
     solve_pivoted(held.factor, held.order, n, held.rank, x, arena);
+    for (int i = 0; i < n; ++i) x[i] += held.root[i] * P[held.rows[i]];
     for (int i = 0; i < n; ++i) {
         const double shared = held.is_redundant() ? dot(held.projector + i * n, x, n) : 0.0;
         P[held.rows[i]] = (x[i] - shared) / held.root[i];
@@ -115,9 +115,11 @@ void find_still(const ConeSystem& s, const double* softer, const double* P, doub
 bool solve_from_sticking(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     double* xi = arena.allocate(s.rows);
-    held.count = acting_rows(s, held.rows);
+    for (int c = 0; c < s.contacts; ++c) P[s.normal[c]] = std::max(s.floor[c], 0.0);
+    multiply(s.A, s.rows, P, s.b, xi);
+    held.count = acting_rows(s, xi, held.rows);
     factor_held(s, held, arena);
-    stick(s, held, P, arena);
+    stick(held, xi, P, arena);
     const bool is_redundant = held.is_redundant();
     if (!is_redundant && !newton(s, s.A, P, steps, arena)) return false;
     multiply(s.A, s.rows, P, s.b, xi);
