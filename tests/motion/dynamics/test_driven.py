@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import impulsekit as ik
@@ -64,3 +65,16 @@ def test_rates_are_differences_without_aliases():
             assert drive.rate(t, 2) == pytest.approx(
                 -w * w * math.sin(w * t), abs=3e-7 * (1 + w * w)
             )
+
+
+def test_a_point_that_is_led_at_a_constant_velocity_is_where_it_leads():
+    hammer = ik.Robot.from_urdf("models/hammer.urdf", root="freeflyer")
+    place, velocity = np.array([0.1, 0.2, 0.0]), np.array([0.3, -0.2, 0.1])
+    lead = ik.PointAnchor("handle", at=place, velocity=velocity)
+    scene = ik.Scene(hammer, constraints=[lead], gravity=[0, 0, -G])
+    rng = np.random.default_rng(2)
+    q = pin.integrate(hammer.model, hammer.neutral(), rng.uniform(-0.5, 0.5, hammer.nv))
+    motion = ik.simulate(scene, q, rng.normal(size=hammer.nv), duration=3.0, samples=31)
+    assert motion.status.finished, motion.detail
+    places = [hammer.placement(state, "handle").point(place) for state in motion.q]
+    assert np.abs(places - places[0] - np.outer(motion.t, velocity)).max() < 1e-8

@@ -98,6 +98,19 @@ def test_what_holds_keeps_energy_and_its_own_coordinates(constraint):
     assert np.ptp(np.array(seen), axis=0).max() < 1e-9
 
 
+def test_a_locked_base_keeps_its_place_and_turn_while_an_arm_swings_on_it():
+    arm = ik.Robot.from_urdf(ik.models.pendulum_urdf(2), root="freeflyer")
+    scene = ik.Scene(arm, constraints=[ik.JointLock("root_joint")], gravity=[0, 0, -9.81])
+    rng = np.random.default_rng(3)
+    q = pin.integrate(arm.model, arm.neutral(), rng.uniform(-1.0, 1.0, arm.nv))
+    motion = ik.simulate(scene, q, np.r_[np.zeros(6), 1.0, -2.0], duration=3.0, samples=31)
+    assert motion.status.finished, motion.detail
+    assert np.abs(motion.q[:, :7] - q[:7]).max() < 1e-9
+    energy = motion.energy().total
+    assert np.ptp(energy) < 1e-6 * np.abs(energy).max()
+    assert np.abs(motion.v[:, 6:]).max() > 1.0
+
+
 def test_a_loop_meets_a_stop_and_stays_closed():
     stop = ik.JointStop("rocker_pin", lower=-0.5, upper=0.3, restitution=0.5)
     scene = four_bar(
