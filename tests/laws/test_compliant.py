@@ -204,3 +204,15 @@ def test_coefficients_are_fitted_to_noisy_impacts():
     fit = fit_impacts(seen, restitution=["rubber"], friction=["rubber"], stiffness_ratio=["rubber"])
     found = np.array([fit[name] for name in fit.names])
     assert found == pytest.approx([0.9, 0.7, 0.4, 0.35], rel=0.03)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("mu", [0.05, 10.0])
+def test_the_normal_spring_loses_its_share_and_friction_the_rest(e, mu):
+    """Where normal and tangents do not act on each other: −(1 − e²) u_n²/2 W_nn."""
+    W, u = np.diag([3.5, 3.5, 2.0]), np.array([0.4, -0.3, -1.5])
+    found = struck(W, u, e, mu, 0.8)
+    normal = -(1.0 - e * e) * 1.5**2 / 4.0
+    total = 0.5 * found.impulse @ (u + found.velocity_after)
+    assert found.normal_work[0] == pytest.approx(normal, abs=1e-9)
+    assert found.friction_work[0] == pytest.approx(total - normal, abs=1e-9)
