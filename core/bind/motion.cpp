@@ -51,7 +51,7 @@ struct GivenForces {
     void check(const Array& q, const Array& v) const { check_state(dynamics().scene, q, v); }
 };
 
-void bind_forces_of_motion(nb::module_& module) {
+void bind_forces_at(nb::module_& module) {
     bind_enum<DynamicsFailure>(module, "DynamicsFailure", "none", DynamicsFailure::none,
                                "singular_mass", DynamicsFailure::singular_mass, "contradiction",
                                DynamicsFailure::contradiction, "rest_not_solved",
@@ -70,8 +70,11 @@ void bind_forces_of_motion(nb::module_& module) {
                &GapAt::rate);
     using L = LoadsAt;
     Result<L>(module, "LoadsAt", "What forces make of joints and links, and each does.")
-        .parts("loads", &L::loads, "weight", &L::weight, "torques", &L::torques, "wrenches",
-               &L::wrenches, "power", &L::power);
+        .parts("loads", &L::loads, "weight", &L::weight, "row_velocities", &L::row_velocities,
+               "torques", &L::torques, "wrenches", &L::wrenches, "power", &L::power);
+}
+
+void bind_forces_of_motion(nb::module_& module) {
     using F = GivenForces;
     nb::class_<F>(module, "ForcesOfMotion", "All forces at a state of a motion.")
         .def(nb::init<const GivenMotionScene&, double>(), nb::arg("scene"), nb::arg("slow"),
@@ -124,14 +127,7 @@ void bind_forces_of_motion(nb::module_& module) {
             [](F& f, const Array& q) {
                 return f.own.spring_energy(data_of(q, f.dynamics().scene.scene.model->nq, "q"));
             },
-            nb::arg("q"))
-        .def(
-            "row_velocities",
-            [](F& f, const Array& q, const Array& v) {
-                f.check(q, v);
-                return array_of(f.own.row_velocities(q.data(), v.data()));
-            },
-            nb::arg("q"), nb::arg("v"), nb::rv_policy::move);
+            nb::arg("q"));
 }
 
 void bind_resting_states(nb::module_& module) {
@@ -240,6 +236,7 @@ void bind_motion(nb::module_& module) {
     using namespace impulsekit;
     bind_motion_scene(module);
     bind_resting_states(module);
+    bind_forces_at(module);
     bind_forces_of_motion(module);
     bind_settings(module);
     bind_results(module);

@@ -77,11 +77,7 @@ AppliedImpulses apply(const Model& model, const Array& q, const Array& v, const 
                            data_of(wrenches, 6 * bodies.size(), "wrenches"), bodies.size()});
 }
 
-}  // namespace
-}  // namespace impulsekit
-
-void bind_tree(nb::module_& module) {
-    using namespace impulsekit;
+void bind_bodies(nb::module_& module) {
     nb::enum_<Joint> joint(module, "Joint", nb::is_arithmetic());
     for (std::size_t i = 0; i < joint_types().size(); ++i)
         joint.value(joint_types()[i].name, static_cast<Joint>(i));
@@ -100,6 +96,14 @@ void bind_tree(nb::module_& module) {
                 &Bodies::shift, "mass", &Bodies::mass, "moment", &Bodies::moment, "inertia",
                 &Bodies::inertia, "pitch", &Bodies::pitch, "ratio", &Bodies::ratio, "offset",
                 &Bodies::offset);
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_tree(nb::module_& module) {
+    using namespace impulsekit;
+    bind_bodies(module);
     using A = AppliedImpulses;
     Result<A>(module, "AppliedImpulses", "What impulses in joints and on bodies do.")
         .parts("dv", &A::dv, "twists", &A::twists, "reactions", &A::reactions);

@@ -204,4 +204,16 @@ void Derivation::find_coefficients() {
     keep(std::move(after));
 }
 
+// True if what weights sum up is determined: not a share of redundant loads.
+bool Derivation::is_determined(const double* weights) const {
+    const double *multipliers = weights + nv_, *impulses = multipliers + m_;
+    for (int r = 0; r < m_; ++r)
+        if (multipliers[r] != 0.0 && !determined[r]) return false;
+    for (int i = 0; i < n_; ++i)
+        if (!given_.solution->contact.unique[i])
+            for (int k = 0; k < 3; ++k)
+                if (impulses[3 * given_.entries[i] + k] != 0.0) return false;
+    return true;
+}
+
 }  // namespace impulsekit

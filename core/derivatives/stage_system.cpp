@@ -5,6 +5,7 @@
 #include "contact/tolerances.hpp"
 #include "derivatives/derivation.hpp"
 #include "linalg/dense.hpp"
+#include "scene/tree_gradient.hpp"
 
 namespace impulsekit {
 namespace {
@@ -244,6 +245,48 @@ bool Derivation::is_split_open() const {
         differ = differ || own_[i].e != first;
     }
     return any && (rubs || differ);
+}
+
+// λ and P of a unit impulse along one row of a point that is hit.
+std::vector<double> Derivation::unit_impulses(int i, int row) const {
+    std::vector<double> found(m_ + 3 * n_, 0.0);
+    for (int r = 0; r < m_; ++r) found[r] = free_multipliers_[(3 * i + row) * m_ + r];
+    found[m_ + 3 * i + row] = 1.0;
+    return found;
+}
+
+// Find the wrenches of a stage's impulses and of −M Δv.
+void Derivation::find_wrenches(Stage& stage) const {
+    const TreeGradient<double, double> tree(*given_.tree);
+    const auto add = [&](int change, const double* p, bool first) {
+        stage.wrenches.emplace_back(inertias_.size());
+        std::vector<Spatial<double>>& to = stage.wrenches.back();
+        for (std::size_t k = 1; k < to.size(); ++k) to[k] = -(inertias_[k] * twists_[change][k]);
+        const auto add_pair = [&](const FramePairSlopes<double>& m, const double* six) {
+            const Spatial<double> f{m.axes * Vec3<double>{six[0], six[1], six[2]},
+                                    m.axes * Vec3<double>{six[3], six[4], six[5]}};
+            tree.wrench_at(m.first, m.place, f, to);
+            tree.wrench_at(m.other, m.other_place, -f, to);
+        };
+        int pair = 0;
+        for (const Held& held : scene_.held) {
+            if (held.kind != Held::pair) continue;
+            double six[6] = {};
+            for (int r = 0; r < held.count; ++r) six[held.select[r]] = p[held.row + r];
+            add_pair(held_pairs_[pair++], six);
+        }
+        for (int i = 0; i < n_; ++i) {
+            const double* P = p + m_ + 3 * i;
+            const double six[6] = {P[0], P[1], P[2], 0.0, 0.0, 0.0};
+            if (!is_stop(i)) add_pair(given_.pairs[i], six);
+        }
+        for (std::size_t i = 0; i < blow_pairs_.size() && first; ++i)
+            add_pair(blow_pairs_[i], given_.impulses + 6 * i);
+        tree.sum(to);
+    };
+    add(stage.change, stage.impulses.data(), stage.first);
+    for (int j = 0; j < 3 * static_cast<int>(stage.along.size()); ++j)
+        add(stage.units + j, unit_impulses(stage.along[j / 3], j % 3).data(), false);
 }
 
 }  // namespace impulsekit

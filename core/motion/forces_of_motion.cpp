@@ -121,6 +121,10 @@ LoadsAt ForcesOfMotion::loads(const Links& links, double t, const double* q, con
                              outside.add(entry, site.body, site.frame, wrench);
                          });
     LoadsAt found;
+    dynamics_.constraints.fill_rows(tree, q);
+    for (int r = 0; r < dynamics_.constraints.rows(); ++r)
+        found.row_velocities.push_back(
+            dot(dynamics_.constraints.A() + r * model_.nv, v, model_.nv));
     add_forces(t, q, v, at, outside, found);
     std::vector<Spatial<double>> accelerations(tree.count());
     tree.move(at.acceleration.data(), accelerations);
@@ -160,15 +164,6 @@ double ForcesOfMotion::spring_energy(const double* q) {
     const std::vector<double> still(model_.nv);
     dynamics_.set_state(q, still.data());
     return impulsekit::spring_energy(scene_->forces, dynamics_.tree, q);
-}
-
-std::vector<double> ForcesOfMotion::row_velocities(const double* q, const double* v) {
-    dynamics_.set_state(q, v);
-    dynamics_.constraints.fill_rows(dynamics_.tree, q);
-    std::vector<double> found(dynamics_.constraints.rows());
-    for (std::size_t r = 0; r < found.size(); ++r)
-        found[r] = dot(dynamics_.constraints.A() + r * model_.nv, v, model_.nv);
-    return found;
 }
 
 }  // namespace impulsekit

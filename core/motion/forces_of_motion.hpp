@@ -24,11 +24,12 @@ struct ForcesAt {
 };
 
 // What forces make of joints and links, bilateral constraints, contacts and forces counted in this
-// order; and the weight of all that moves (6) about the world's origin. By force its torques (nv),
-// its wrench (6) about its point on its first body in world axes, and its power [W].
+// order; the weight of all that moves (6) about the world's origin, and the velocities of the rows
+// of constraints. By force its torques (nv), its wrench (6) about its point on its first body in
+// world axes, and its power [W].
 struct LoadsAt {
     Loads loads;
-    std::vector<double> weight, torques, wrenches, power;
+    std::vector<double> weight, row_velocities, torques, wrenches, power;
 };
 
 // The state (nq + nv) at a time, as far as a motion is followed.
@@ -51,8 +52,6 @@ class ForcesOfMotion {
     // (nv) the row of a gap's rate.
     std::vector<double> gap_row(int gap, const double* q, const double* v);
     double spring_energy(const double* q);
-    // (rows) velocities of the constraints' rows.
-    std::vector<double> row_velocities(const double* q, const double* v);
 
   private:
     void set_sides(const double* q, const double* v);

@@ -17,7 +17,7 @@ Vec3<double> middle_of(const Tree<double>& tree, const RigidPart& part) {
 // Of each part what its links ask for, less what acts on it.
 void load_parts(OuterWrenches& outside, const std::vector<Spatial<double>>& motion, bool moves) {
     const Tree<double>& tree = outside.tree;
-    for (Spatial<double>& own : outside.parts) own = own * -1.0;
+    for (Spatial<double>& own : outside.parts) own = -own;
     for (const Link& link : outside.links.links) {
         if (link.part < 0) continue;
         const Inertia<double> own =

@@ -14,6 +14,7 @@ struct Spatial {
 
     Spatial operator+(const Spatial& b) const { return {linear + b.linear, angular + b.angular}; }
     Spatial operator-(const Spatial& b) const { return {linear - b.linear, angular - b.angular}; }
+    Spatial operator-() const { return {-linear, -angular}; }
     Spatial& operator+=(const Spatial& b) { return *this = *this + b; }
     Spatial operator*(const S& a) const { return {linear * a, angular * a}; }
 };

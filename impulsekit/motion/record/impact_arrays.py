@@ -28,6 +28,8 @@ _SOLUTION = tuple(
     if item.name not in ("status", "residual", "iterations", "tied")
 )
 
+_BY_POINT = ("unique", "normal_work", "friction_work", "friction")
+
 
 def packed_impacts(
     scene: Scene, impacts: Sequence[tuple[float, Impact]]
@@ -93,6 +95,81 @@ def _feature_of(data: dict[str, Any]) -> Feature:
     return Feature(**{**data, **own})
 
 
+class _Reader:
+    """The numbers of packed impacts, taken one array after the other."""
+
+    def __init__(self, scene: Scene, numbers: np.ndarray) -> None:
+        self.scene, self._numbers, self._place = scene, numbers, 0
+
+    def take(self, shape: Any, *expected: int | None) -> Any:
+        """Return the next array, of this shape; None where none was written."""
+        if shape is None:
+            return None
+        if len(shape) != len(expected) or any(
+            type(n) is not int or n < 0 or (e is not None and n != e)
+            for n, e in zip(shape, expected, strict=True)
+        ):
+            raise ValueError(f"an array of an impact is of shape {shape}")
+        end = self._place + int(np.prod(shape, dtype=object))
+        if end > len(self._numbers):
+            raise ValueError("numbers of an impact are missing")
+        array = self._numbers[self._place : end].reshape(shape).copy()
+        self._place = end
+        return array
+
+    def outcome(self, entry: dict[str, Any]) -> Outcome:
+        shapes = entry["outcome"]
+        forces, unique, residuals = (self.take(shapes[name], None) for name in _OUTCOME)
+        count = len(entry["touches"])
+        touches = tuple(self._touch(touch, count) for touch in entry["touches"])
+        solution = self._solution(entry["contacts"], count) if "contacts" in entry else None
+        unique = None if unique is None else unique != 0.0
+        left = (0.0, 0.0, 0.0) if residuals is None else tuple(residuals.tolist())
+        return Outcome(
+            forces, unique, touches, solution, entry.get("nearly_dependent") is True, left
+        )
+
+    def _touch(self, touch: dict[str, Any], count: int) -> Touch:
+        robot = self.scene.robot
+        return Touch(
+            _index(touch["entry"], len(self.scene.contacts)),
+            self.take(touch["axes"], 3, 3),
+            _pair(touch["joint_ids"], robot.model.njoints),
+            _pair(touch["frame_ids"], robot.model.nframes),
+            self.take(touch["jacobian"], 3, robot.nv),
+            self.take(touch["position"], 3),
+            None if touch["gap"] is None else float(touch["gap"]),
+            _index(touch["turns"], count) if "turns" in touch else -1,
+            _feature_of(touch["feature"]) if "feature" in touch else None,
+        )
+
+    def _solution(self, own: dict[str, Any], count: int) -> ContactSolution:
+        arrays = {
+            name: self.take(own.get(name), count if name in _BY_POINT else 3 * count)
+            for name in _SOLUTION
+        }
+        if arrays["unique"] is not None:
+            arrays["unique"] = arrays["unique"] != 0.0
+        return ContactSolution(
+            status=Status[own["status"]],
+            residual=float(own["residual"]),
+            iterations=int(own["iterations"]),
+            tied=bool(own["tied"]),
+            **arrays,
+        )
+
+
+def _index(value: Any, count: int) -> int:
+    if type(value) is not int or not 0 <= value < count:
+        raise ValueError(f"an index of an impact is {value!r}")
+    return value
+
+
+def _pair(values: Any, count: int) -> tuple[int, int]:
+    first, second = values
+    return _index(first, count), _index(second, count)
+
+
 def impacts_of(
     scene: Scene, packed: Sequence[dict[str, Any]], numbers: np.ndarray
 ) -> tuple[tuple[float, Impact], ...]:
@@ -101,81 +178,11 @@ def impacts_of(
     Raises:
         ValueError, KeyError, TypeError: something else stands there.
     """
-    robot = scene.robot
-    place = 0
-
-    def take(shape: Any, *wanted: int | None) -> Any:
-        nonlocal place
-        if shape is None:
-            return None
-        if len(shape) != len(wanted) or any(
-            type(n) is not int or n < 0 or (w is not None and n != w)
-            for n, w in zip(shape, wanted, strict=True)
-        ):
-            raise ValueError(f"an array of an impact is of shape {shape}")
-        size = int(np.prod(shape, dtype=object))
-        if place + size > len(numbers):
-            raise ValueError("numbers of an impact are missing")
-        array = numbers[place : place + size].reshape(shape).copy()
-        place += size
-        return array
-
-    def index(value: Any, count: int) -> int:
-        if type(value) is not int or not 0 <= value < count:
-            raise ValueError(f"an index of an impact is {value!r}")
-        return value
-
-    def pair(values: Any, count: int) -> tuple[int, int]:
-        first, second = values
-        return index(first, count), index(second, count)
-
-    found = []
+    reader, found = _Reader(scene, numbers), []
     for entry in packed:
-        q = take(entry["q"], robot.nq)
-        v, dv = (take(entry[name], robot.nv) for name in ("v_before", "dv"))
-        outcome = None
-        if "outcome" in entry:
-            forces, unique, residuals = (take(entry["outcome"][name], None) for name in _OUTCOME)
-            touches = tuple(
-                Touch(
-                    index(touch["entry"], len(scene.contacts)),
-                    take(touch["axes"], 3, 3),
-                    pair(touch["joint_ids"], robot.model.njoints),
-                    pair(touch["frame_ids"], robot.model.nframes),
-                    take(touch["jacobian"], 3, robot.nv),
-                    take(touch["position"], 3),
-                    None if touch["gap"] is None else float(touch["gap"]),
-                    index(touch["turns"], len(entry["touches"])) if "turns" in touch else -1,
-                    _feature_of(touch["feature"]) if "feature" in touch else None,
-                )
-                for touch in entry["touches"]
-            )
-            solution = None
-            if "contacts" in entry:
-                own = entry["contacts"]
-                n = len(touches)
-                arrays = {
-                    name: take(
-                        own.get(name),
-                        n
-                        if name in ("unique", "normal_work", "friction_work", "friction")
-                        else 3 * n,
-                    )
-                    for name in _SOLUTION
-                }
-                if arrays["unique"] is not None:
-                    arrays["unique"] = arrays["unique"] != 0.0
-                solution = ContactSolution(
-                    status=Status[own["status"]],
-                    residual=float(own["residual"]),
-                    iterations=int(own["iterations"]),
-                    tied=bool(own["tied"]),
-                    **arrays,
-                )
-            unique = None if unique is None else unique != 0.0
-            left = (0.0, 0.0, 0.0) if residuals is None else tuple(residuals.tolist())
-            nearly = entry.get("nearly_dependent") is True
-            outcome = Outcome(forces, unique, touches, solution, nearly, left)
+        q = reader.take(entry["q"], scene.robot.nq)
+        v, dv = (reader.take(entry[name], scene.robot.nv) for name in ("v_before", "dv"))
+        outcome = reader.outcome(entry) if "outcome" in entry else None
         time, own = float(entry["time"]), scene
         if entry["struck"] is not True:
             own = scene_of_impact(scene, time, soft=entry.get("soft") is True)

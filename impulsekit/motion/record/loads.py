@@ -90,7 +90,7 @@ class Loads:
     @cached_property
     def row_velocities(self) -> np.ndarray:
         """(m,) the velocities of the constraints' rows [m/s, rad/s]."""
-        return self._of.core.row_velocities(self.q, self.v)
+        return self._loads.row_velocities
 
     @cached_property
     def _loads(self) -> LoadsAt:
