@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError, check_kind
 from ..impact.derivatives.loads import JointLoadSlopes, joint_load_slopes, refuse_loads
 from ..impact.derivatives.refusals import refuse_what_has_none
 from ..impact.derivatives.status import DerivativeStatus
+from ..impact.flat.model import flat_model_of
 from ..scene import Scene
 from .derivatives import BatchDerivatives, derivatives_batch, vjp
 from .solve import solve_batch
@@ -148,11 +148,7 @@ class ImpactOutputs:
 
     def _in_joint_axes(self, q: np.ndarray, reactions: np.ndarray) -> np.ndarray:
         """(B, joints, 6) of reactions in world axes."""
-        model = self.scene.robot.model
-        data, found = model.createData(), np.empty(reactions.shape)
-        for i, row in enumerate(q):
-            pin.forwardKinematics(model, data, row)
-            for k in range(1, model.njoints):
-                parts = reactions[i, k - 1].reshape(2, 3) @ data.oMi[k].rotation
-                found[i, k - 1] = parts.ravel()
-        return found
+        model = flat_model_of(self.scene.robot)
+        turns = np.array([model.rotations(np.ascontiguousarray(row))[1:] for row in q])
+        parts = reactions.reshape(*reactions.shape[:2], 2, 3)
+        return np.asarray((parts @ turns).reshape(reactions.shape))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -58,11 +58,15 @@ def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
         if touch.turns >= 0:
             continue
         point = next(points)
-        if point.position is not None:
-            bodies = touch.joint_ids, touch.frame_ids
-            moment = None if point.turning is None else point.turning.impulse
-            name, at = scene.entry_names("contacts")[touch.entry], point.position
-            yield from _on_both_bodies(placement_of, *bodies, at, point.impulse, moment, name)
+        if point.position is None:
+            continue
+        moment = np.zeros(3) if point.turning is None else point.turning.impulse
+        wrench = np.concatenate([point.impulse, moment])
+        name, ids = scene.entry_names("contacts")[touch.entry], (touch.joint_ids, touch.frame_ids)
+        for sign, joint_id, frame_id in zip((1.0, -1.0), *ids, strict=True):
+            own = placement_of(joint_id).actInv(np.array(point.position))
+            site = Site(joint_id, frame_id, pin.SE3(np.eye(3), own))
+            yield _at_point(placement_of, site, sign * wrench, "world", name)
 
 
 def _on_both_ends(
@@ -77,27 +81,6 @@ def _on_both_ends(
         own = at_other.actInv(first.translation)
         other = replace(other, placement=other.placement * pin.SE3(np.eye(3), own))
     yield _at_point(placement_of, other, -wrench, "world", name)
-
-
-def _on_both_bodies(
-    placement_of: PlacementOf,
-    joint_ids: Sequence[int],
-    frame_ids: Sequence[int],
-    position: np.ndarray,
-    impulse: np.ndarray,
-    moment: np.ndarray | None,
-    name: str = "",
-) -> Iterator[BodyImpulse]:
-    """An impulse (3,) at a point (3,) of the world on the first body, and back on the other.
-
-    ``moment``: (3,) beside it, in world axes.
-    """
-    for sign, joint_id, frame_id in zip((1.0, -1.0), joint_ids, frame_ids, strict=True):
-        placement = placement_of(joint_id)
-        linear = placement.rotation.T @ (sign * impulse)
-        couple = np.zeros(3) if moment is None else placement.rotation.T @ (sign * moment)
-        arm = pin.SE3(np.eye(3), placement.actInv(np.array(position)))
-        yield BodyImpulse(frame_id, joint_id, arm.act(pin.Force(linear, couple)), name)
 
 
 def _at_point(

@@ -57,6 +57,11 @@ class FlatModel:
     core: Model
     bodies: tuple[int, ...]
 
+    def rotations(self, q: np.ndarray) -> np.ndarray:
+        """(njoints, 3, 3) the axes of the joints' frames in the world at q."""
+        places = self.core.placements(q).reshape(-1, 12)
+        return places[list(self.bodies), :9].reshape(-1, 3, 3)
+
     def site(self, site: Site) -> CoreSite:
         """A point of a frame in the core."""
         return CoreSite(
