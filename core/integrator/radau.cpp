@@ -195,6 +195,7 @@ bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& projec
                     std::max(kLeast, size > 0.0 ? kSafety * std::pow(size, -0.25) : kMost));
                 keep_cubic(t, y, h, Z, found);
                 last_ = found;
+                size_ = size;
                 next =
                     !failed && h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
                 std::copy(end_.begin(), end_.end(), y);

@@ -140,6 +140,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || is_stiff || stiff_ >= kStiff;
     is_dopri5_ = false;
+    size_ = 0.0;
     if (implicit_) return implicit(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     if (method_ != Method::dop853) {
@@ -167,6 +168,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
     for (int trial = 0; trial < kMostTrials; ++trial) {
         if (!(h > shortest_step(t))) return false;
         const double size = attempt(kDop853, h);
+        size_ = size;
         if (size <= 1.0) note_stiffness(h);
         if (size <= 1.0 && dense(kDop853, f, t, y, h, found)) {
             const double factor = std::min(failed ? 1.0 : kMost, factor_of(kDop853, size));

@@ -17,6 +17,10 @@ namespace impulsekit {
 // trials, or as short as rounding of the time, there is none.
 inline constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
 inline constexpr int kMostTrials = 60;
+// The polynomial within a step of order 8 is off by up to 1.5 times the step's estimated error, its
+// end by a few times less. Within, a state is as good as at ends where that error is below so much
+// of what is allowed; times found there change by less than this part of a step.
+inline constexpr double kWithinStep = 0.01;
 // Explicit steps are stable up to this h|λ|.
 inline constexpr double kStable = 6.1;
 inline double shortest_step(double t) { return tolerance::rounding * std::max(std::abs(t), 1e-3); }
@@ -66,6 +70,8 @@ class Stepper {
     void jump() { last_ = Step(); }
     // True if the last rate of the last step was that of its end.
     bool ended_last() const { return implicit_ || is_dopri5_; }
+    // True if the polynomial within the last step is as accurate as its end.
+    bool is_accurate_within() const { return !(size_ > kWithinStep); }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 
@@ -104,6 +110,7 @@ class Stepper {
     double fixed_length_;
     int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
     bool implicit_ = false;     // whether the last step was Radau's
+    double size_ = 0.0;         // its error over what is allowed
     bool is_dopri5_ = false;    // whether it was of order 5, by dopri5
     double reach_ = 0.0;        // how far steps of order 5 go beside those of order 8
     bool keeps_J_ = false;      // whether J_ will do for another step

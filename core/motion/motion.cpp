@@ -22,8 +22,6 @@ constexpr double kNowhere = 1e-10;
 // Steps that go further than this [m, rad] are short because speeds are high; hopeless where the
 // rest of the motion would take so many times max_steps.
 constexpr double kFarAhead = 1e-2, kHopeless = 100.0;
-// Times of events change by less than this part of a step when they are sharpened.
-constexpr double kSharpened = 1e-3;
 // Speeds [m/s] whose squares may overflow.
 constexpr double kHuge = 1e100;
 // A motion begins with steps of this part of it.
@@ -167,7 +165,7 @@ void Motion::rewind(double at) {
     ended = Ended::not_yet;
     detail.clear();
     failure_ = DynamicsFailure::none;
-    micro_bounce_ = 0.0;
+    micro_bounce_ = stopping_ = smooth_next_ = 0.0;
     still_ = 0;
     for (auto& [count, last_met] : soft_)
         if (last_met > at) count = 0, last_met = -1.0;
@@ -205,6 +203,17 @@ double Motion::until_stopping() const {
         if (slows > 0.0) soonest = std::min(soonest, (s[0] * s[0] + s[1] * s[1]) / slows);
     }
     return soonest > 0.0 ? soonest * (1.0 + kFurther) : INFINITY;
+}
+
+// Slip turns ever faster as it comes to its stop: steps get shorter with the time to it.
+void Motion::foresee_stop() {
+    const double stopping = until_stopping();
+    if (stopping < stopping_) {
+        if (!(smooth_next_ > 0.0)) smooth_next_ = stepper_.next;
+        const double part = std::max(kLeast, stopping / stopping_);
+        stepper_.next = std::max(part * stepper_.next, std::min(stepper_.next, tolerance::alike));
+    }
+    stopping_ = stopping;
 }
 
 double Motion::longest_step(double until) const {
@@ -267,7 +276,7 @@ double Motion::sharpened(const Step& step, int gap) {
     set_state(step, step.end);
     const GapState at = gap_here(gap);
     const double change = at.rate < 0.0 ? at.gap / -at.rate : 0.0;
-    return std::abs(change) < kSharpened * step.length ? step.end + change : step.end;
+    return std::abs(change) < kWithinStep * step.length ? step.end + change : step.end;
 }
 
 // End a motion that gets no further, or has made all its steps.
@@ -300,6 +309,7 @@ bool Motion::advance(double until) {
     if (stepper_.next <= 0.0) stepper_.next = kFirstStep * settings_.scale_of_time;
     Step step;
     const auto normalize = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
+    if (settings_.method == Method::dop853) foresee_stop();
     double longest = longest_step(until);
     dynamics_.has_opened = std::any_of(now.rest.points.begin(), now.rest.points.end(),
                                        [](const RestingContact& point) { return !point.pressed; });
@@ -323,17 +333,21 @@ bool Motion::advance(double until) {
     if (event.what.kind != EventFunction::none) {
         Step cut;
         now = before;
-        if (event.t > step.start && event.t < step.end && stepper_.shortened(f, step, event.t, cut))
+        if (event.t > step.start && event.t < step.end && !stepper_.is_accurate_within() &&
+            stepper_.shortened(f, step, event.t, cut)) {
             step = cut;
-        else
+            if (event.what.kind == EventFunction::gap_closes)
+                step.end = sharpened(step, event.what.index);
+        } else {
             step.end = std::max(event.t, step.start);
-        if (event.what.kind == EventFunction::gap_closes)
-            step.end = sharpened(step, event.what.index);
+        }
         step.at(step.end, now.q());
         normalize(now.q());
         now.t = step.end;
         keep(step);
         smooth_since_ = now.t;
+        stepper_.next = std::max(stepper_.next, smooth_next_);
+        stopping_ = smooth_next_ = 0.0;
         if (!handle(event)) return ended == Ended::not_yet && fail();
     } else {
         // Points that were let go of within trials of the step are looked at again.

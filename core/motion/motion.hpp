@@ -127,6 +127,7 @@ class Motion {
     void refuse_hopeless(int made);
     double longest_step(double until) const;
     double until_stopping() const;
+    void foresee_stop();
     bool fail();
     void forces_at(const Step& step, double at, std::vector<double>& found);
     double shorter_step(const Step& step);
@@ -193,6 +194,8 @@ class Motion {
     std::vector<char> passing_;
     std::vector<std::pair<int, double>> soft_;  // by gap
     double slow_ = kNoSlip;                     // slip below it is none after an impact [m/s]
+    double stopping_ = 0.0;                     // time to a stop of slip at the last step [s]
+    double smooth_next_ = 0.0;                  // length of steps before one was foreseen [s]
     double smooth_since_ = 0.0;                 // nothing has happened from then on [s]
     double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never
     double still_since_ = 0.0;
