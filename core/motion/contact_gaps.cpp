@@ -5,6 +5,7 @@
 
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
+#include "motion/free_times.hpp"
 #include "motion/tolerances.hpp"
 #include "scene/contact_geometry.hpp"
 
@@ -19,12 +20,6 @@ constexpr double kMove = 1e-3;
 constexpr double kDeepest = 1e-4, kDeepestOfRadius = 1e-3, kDeepestOfBodies = 1e-5;
 // Corners, ends and rims that come down more slowly stay [m/s]: they would hop some 1e-9 m high.
 constexpr double kSlowCorner = 2e-4;
-
-// The axes of a body's joint, in which its shapes are given, and its origin.
-Placement placement_of(const Tree<double>& tree, int body) {
-    return {tree.rotation[body] * transposed(mat3<double>(tree.model.bodies[body].turn)),
-            tree.origin[body]};
-}
 
 // R turned by a rotation vector.
 Mat turned_by(const Vec& w, const Mat& r) {
@@ -77,43 +72,6 @@ double fastest(const Spatial<double>& twist, const Placement& at, const Shape& s
     }
     const Vec centre = at.rotation * shape.centre;
     return length_of(twist_at(twist, centre).linear) + length_of(twist.angular) * shape.reach;
-}
-
-// True if pieces are hulls of points with a radius around; then their reach from the origin.
-bool is_pointed(const std::vector<Shape>& pieces, double& reach) {
-    const auto is_hull = [](const Shape& s) {
-        return s.circles.empty() && s.kind != Shape::ellipsoid && s.kind != Shape::half_space;
-    };
-    if (!std::all_of(pieces.begin(), pieces.end(), is_hull)) return false;
-    reach = 0.0;
-    for (const Shape& s : pieces) reach = std::max(reach, length_of(s.centre) + s.reach);
-    return true;
-}
-
-// When g + ġ t − A t²/2 is zero, without cancellation.
-double time_to(double gap, double rate, double acceleration) {
-    const double root = std::sqrt(rate * rate + 2.0 * acceleration * gap);
-    return rate < 0.0 ? 2.0 * gap / (root - rate)
-                      : (rate + root) / (acceleration + tolerance::tiny);
-}
-
-// The time in which a hull of points stays on its side of a plane of the other body, at a gap
-// along the normal: every point by g + ġ t − A t²/2. In the other's frame; `turn` brings the
-// hull's axes there. `slowest`: the rate of those that are there now.
-double free_time(const Shape& hull, const Mat& turn, const Vec& normal, double gap,
-                 const GapState& at, double acceleration, double& slowest) {
-    gap = std::max(gap, 0.0);
-    const double rounding = 4.0 * at.rounding;
-    const Vec own = back(turn, normal);
-    double lowest = INFINITY, free = INFINITY;
-    for (const Vec& p : hull.points) lowest = std::min(lowest, dot(own, p));
-    for (const Vec& p : hull.points) {
-        const double rate = dot(normal, at.velocity + cross(at.spin, turn * p)),
-                     over = gap + dot(own, p) - lowest;
-        free = std::min(free, time_to(over, rate, acceleration));
-        if (over <= rounding) slowest = std::min(slowest, rate);
-    }
-    return free;
 }
 
 }  // namespace
@@ -204,14 +162,7 @@ void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const
         tolerance::last_bits * (length_of(pa.origin) + length_of(pb.origin) + gap.smaller);
     found.turning = std::max(length_of(tree.twist[a].angular), length_of(tree.twist[b].angular));
     const bool is_first = gap.pointed == 0;
-    if (gap.pointed >= 0) {
-        const int own = is_first ? a : b, other = is_first ? b : a;
-        const Mat& frame = is_first ? pb.rotation : pa.rotation;
-        const Spatial<double>& twist = tree.twist[own];
-        const Vec across = tree.origin[own] - tree.origin[other];
-        found.velocity = back(frame, twist.linear - twist_at(tree.twist[other], across).linear);
-        found.spin = back(frame, twist.angular - tree.twist[other].angular);
-    }
+    if (gap.pointed >= 0) found.motion = relative_motion(tree, is_first ? a : b, is_first ? b : a);
     double free = ahead && gap.pointed >= 0 ? INFINITY : 0.0;
     for (const Shape& one : contact.first)
         for (const Shape& two : contact.other) {
@@ -237,10 +188,10 @@ void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const
                 const Mat& frame = is_first ? pb.rotation : pa.rotation;
                 const Mat& own = is_first ? pa.rotation : pb.rotation;
                 const Mat turn{back(frame, own.x), back(frame, own.y), back(frame, own.z)};
-                free = std::min(
-                    free, free_time(is_first ? one : two, turn,
-                                    back(frame, near.normal) * (is_first ? 1.0 : -1.0),
-                                    near.gap - ahead->base, found, ahead->acceleration, slowest));
+                const Vec normal = back(frame, near.normal) * (is_first ? 1.0 : -1.0);
+                free = std::min(free, free_time(is_first ? one : two, turn, normal,
+                                                near.gap - ahead->base, 4.0 * found.rounding,
+                                                found.motion, ahead->acceleration, slowest));
             }
             if (!(near.gap < found.gap)) continue;
             found.gap = near.gap;
@@ -250,15 +201,6 @@ void ContactGaps::measure_bodies(const Tree<double>& tree, const Gap& gap, const
                                                        velocity_at(tree, b, near.on_other)));
         }
     found.free = free;
-}
-
-double ContactGaps::acceleration(const Gap& gap, const GapState& one, const GapState& two,
-                                 double apart) const {
-    const double reach = gap.reach, spin = std::max(length_of(one.spin), length_of(two.spin));
-    return 2.0 *
-           ((length_of(two.velocity - one.velocity) + length_of(two.spin - one.spin) * reach) /
-                apart +
-            spin * spin * reach);
 }
 
 double ContactGaps::gap_of(const Tree<double>& tree, const RestingContact& point, const double* q,

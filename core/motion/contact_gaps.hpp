@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "impact/coefficients.hpp"
+#include "motion/free_times.hpp"
 #include "motion/state.hpp"
 #include "scene/contact_frame.hpp"
 
@@ -47,7 +48,7 @@ struct GapState {
     double turning = 0.0;          // the fastest angular velocity of its bodies [rad/s]
     bool is_rough = false;         // bodies are far: they are further apart than it says
     double free = 0.0;             // no gap closes sooner, see ``Ahead`` [s]
-    Vec velocity, spin;            // of a body of points, in the frame of the other
+    RelativeMotion motion;         // of a body of points in the frame of the other
 };
 
 // A gap at a state.
@@ -99,11 +100,6 @@ class ContactGaps {
               const double* v, const RestRows& to) const;
     // True if friction goes by an ellipse, whose semi-axes are units of the tangents.
     bool is_elliptic(int entry) const;
-
-    // The largest acceleration of points of one body in the frame of the other, from states a time
-    // apart.
-    double acceleration(const Gap& gap, const GapState& one, const GapState& two,
-                        double apart) const;
 
   private:
     void measure_bodies(const Tree<double>& tree, const Gap& gap, const Ahead* ahead,

@@ -144,9 +144,9 @@ double Motion::first_zero_of(const EventFunction& f, const Step& step, const Gap
     const bool smooth = f.kind == EventFunction::force_enters || !gaps.gaps()[f.index].of_bodies();
     Ahead ahead{0.0, 0.0};
     for (int i = 0; i < 2 && !smooth; ++i)
-        ahead.acceleration =
-            std::max(ahead.acceleration,
-                     gaps.acceleration(gaps.gaps()[f.index], nodes[i], nodes[i + 1], 0.5 * span));
+        ahead.acceleration = std::max(
+            ahead.acceleration, bound_of_acceleration(nodes[i].motion, nodes[i + 1].motion,
+                                                      gaps.gaps()[f.index].reach, 0.5 * span));
     const auto measure = [&](double at) {
         set_state(step, at);
         return followed(f, &ahead);
@@ -280,6 +280,26 @@ Event Motion::first_change(const std::vector<EventFunction>& functions, int look
     return first;
 }
 
+// True if bodies that rest surely touch nowhere else within a step.
+bool Motion::stays_free(int gap, const Step& step) {
+    const Contact& contact = scene_->scene.contacts[this->gap(gap).entry];
+    const CornersOnFace corners(contact, gap, now.rest.points);
+    if (corners.side < 0) return false;
+    const double half = 0.5 * (step.end - step.start);
+    RelativeMotion last;
+    double acceleration = 0.0;
+    for (int i = 2; i >= 0; --i) {
+        set_state(step, step.start + i * half);
+        const RelativeMotion own =
+            relative_motion(dynamics_.tree, corners.body(contact), corners.ground(contact));
+        if (i < 2)
+            acceleration =
+                std::max(acceleration, bound_of_acceleration(own, last, corners.reach, half));
+        last = own;
+    }
+    return corners.free_time(contact, dynamics_.tree, last, acceleration) > 2.0 * half;
+}
+
 Event Motion::first_event(const Step& step) {
     Event event{{}, step.end};
     std::vector<EventFunction> followed, elsewhere, changes;
@@ -294,6 +314,9 @@ Event Motion::first_event(const Step& step) {
         for (std::size_t k = 0; k < followed.size(); ++k)
             nodes[3 * k + i] = this->followed(followed[k]);
     }
+    const auto surely_not = [&](const EventFunction& f) { return stays_free(f.index, step); };
+    elsewhere.erase(std::remove_if(elsewhere.begin(), elsewhere.end(), surely_not),
+                    elsewhere.end());
     for (std::size_t k = 0; k < followed.size(); ++k) {
         double unsure = INFINITY;
         const double at = first_zero_of(followed[k], step, &nodes[3 * k], event.t, unsure);

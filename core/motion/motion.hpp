@@ -135,6 +135,7 @@ class Motion {
     // Events.
     Event first_event(const Step& step);
     double sharpened(const Step& step, int gap);
+    bool stays_free(int gap, const Step& step);
     GapState gap_here(int gap, Ahead* ahead = nullptr);
     GapState followed(const EventFunction& f, Ahead* ahead = nullptr);
     double first_zero_of(const EventFunction& f, const Step& step, const GapState* nodes,
