@@ -57,14 +57,16 @@ struct Functions {
 
     explicit Functions(const Given& self) : nq(self.given.model.nq), nv(self.given.model.nv) {}
 
-    ForceFunction force(const nb::object& function, int count) const {
+    // `of_time`: called with the time alone.
+    ForceFunction force(const nb::object& function, int count, bool of_time) const {
         if (function.is_none()) return {};
-        return
-            [own = *this, count, function](double t, const double* q, const double* v, double* to) {
-                const nb::gil_scoped_acquire lock;
-                const nb::tuple given = nb::make_tuple(t, array(q, own.nq), array(v, own.nv));
-                call(function, count, to, nb::borrow<nb::args>(given));
-            };
+        return [own = *this, count, function, of_time](double t, const double* q, const double* v,
+                                                       double* to) {
+            const nb::gil_scoped_acquire lock;
+            const nb::tuple given =
+                of_time ? nb::make_tuple(t) : nb::make_tuple(t, array(q, own.nq), array(v, own.nv));
+            call(function, count, to, nb::borrow<nb::args>(given));
+        };
     }
     auto of_place(const nb::object& function, int count) const {
         std::function<void(const double*, double*)> found;
@@ -122,10 +124,10 @@ void add_spring(Given& self, PointSpring force) {
     add(self, ForceEntry::spring, self.scene->forces.springs, force);
 }
 
-void add_applied(Given& self, AppliedForce force, const nb::object& function) {
+void add_applied(Given& self, AppliedForce force, const nb::object& function, bool of_time) {
     check_body(self.given.model, force.site.body);
     force.site = in_body_axes(self.given.model, force.site);
-    force.function = Functions(self).force(function, 6);
+    force.function = Functions(self).force(function, 6, of_time);
     add(self, ForceEntry::applied, self.scene->forces.applied, std::move(force));
 }
 
@@ -137,7 +139,7 @@ void add_timed(Given& self, const TimedTorque& force) {
 void add_function(Given& self, int v, int count, const nb::object& function) {
     check_v(self, v, count);
     add(self, ForceEntry::function, self.scene->forces.functions,
-        {v, count, Functions(self).force(function, count)});
+        {v, count, Functions(self).force(function, count, false)});
 }
 
 // Several entries may share the friction of one joint, which is their sum.
@@ -248,7 +250,7 @@ void bind_motion_scene(nb::module_& module) {
         .def("add", &add_joint, nb::arg("force"))
         .def("add", &add_spring, nb::arg("force"))
         .def("add", &add_timed, nb::arg("force"))
-        .def("add", &add_applied, nb::arg("force"), nb::arg("function").none())
+        .def("add", &add_applied, nb::arg("force"), nb::arg("function").none(), nb::arg("of_time"))
         .def("add_function", &add_function, nb::arg("v"), nb::arg("count"), nb::arg("function"))
         .def("add_dry", &add_dry, nb::arg("v"), nb::arg("bound"))
         .def("set_constraints", &set_constraints, nb::arg("rows").none(), nb::arg("bias").none(),

@@ -216,8 +216,12 @@ bool Motion::update_slip_states() {
             slip = SlipState();
             changed = true;
         } else if (slip.moves) {
-            if (std::hypot(u[0], ahead) > (slip.begins() ? dynamics_.slow : none))
-                slip = SlipState::of(u[0], ahead, 0.0);
+            const double speed = std::hypot(u[0], ahead);
+            if (!(speed > (slip.begins() ? dynamics_.slow : none))) return;
+            const SlipState turned = SlipState::of(u[0], ahead, 0.0);
+            // Friction of slow slip has this direction.
+            if (speed <= dynamics_.slow && !(turned == slip)) changed = true;
+            slip = turned;
         } else if (pressed && tears) {
             slip = smooth ? SlipState{true, {}} : SlipState::of(a[0], aside, 0.0);
             changed = true;

@@ -134,7 +134,7 @@ class _Forces:
             if force.is_constant:
                 applied.numbers = force.force_at(0.0)
             given = None if force.is_constant else partial(force.force_at, name=name)
-            core.add(applied, given)
+            core.add(applied, given, force.is_of_time)
         elif isinstance(force, Actuator):
             self._actuate(force, name)
         elif isinstance(force, JointFriction):
@@ -162,7 +162,9 @@ class _Forces:
 
 
 def _torque(function: Any, name: str, size: int, t: float, q: Any, v: Any) -> np.ndarray:
-    what = f"{name}: torque at t = {t:g}"
+    def what() -> str:
+        return f"{name}: torque at t = {t:g}"
+
     return numbers_from(function, what, size, t, q, v, infinite=True)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from inspect import signature
 from typing import Annotated, Any, TypeAlias
 
@@ -332,6 +332,11 @@ class AppliedForce(Entry):
         """Return whether it is the same at all times and states, in its own axes."""
         return not callable(self.linear) and not callable(self.angular)
 
+    @property
+    def is_of_time(self) -> bool:
+        """Return whether it does not depend on the state."""
+        return all(self._of_time.values())
+
     @cached_property
     def _of_time(self) -> dict[str, bool]:
         """By field, whether its function is one of time alone."""
@@ -352,14 +357,19 @@ class AppliedForce(Entry):
             ShapeError, NotFiniteError, CallbackError: what a function gave, or that it raised.
         """
         name = name or self.name or f'AppliedForce on "{self.frame}"'
-        halves = []
+        numbers: list[float] = []
         for field in ("linear", "angular"):
             value = getattr(self, field)
             if callable(value):
                 given = (t,) if self._of_time[field] else (t, q, v)
-                value = numbers_from(value, f"{name}: {field} at t = {t:g}", 3, *given)
-            halves.append(value)
-        return np.array([*halves[0], *halves[1]])
+                what = partial(_at_time, name, field, t)
+                value = numbers_from(value, what, 3, *given).tolist()
+            numbers.extend(value)
+        return np.array(numbers)
+
+
+def _at_time(name: str, field: str, t: float) -> str:
+    return f"{name}: {field} at t = {t:g}"
 
 
 Force = JointSpring | JointFriction | Spring | Actuator | AppliedForce

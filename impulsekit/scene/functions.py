@@ -9,13 +9,18 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..errors import CallbackError, NotFiniteError, ShapeError, a_thing, shown
-from ..robot.arrays import read_only
+from ..robot.arrays import FLOAT, read_only
 
 T = TypeVar("T")
 
 
-def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+def call(function: Callable[..., Any], what: str | Callable[[], str], *arguments: Any) -> Any:
     """Return the result of a user's function. Arrays among its arguments are read-only copies.
+
+    Args:
+        function: the user's.
+        what: the entry and the field, for errors; or a function that returns them.
+        *arguments: of the function.
 
     Raises:
         CallbackError: the function raised an exception, which is the cause.
@@ -24,6 +29,7 @@ def call(function: Callable[..., Any], what: str, *arguments: Any) -> Any:
     try:
         return function(*own)
     except Exception as error:
+        what = _said(what)
         raise CallbackError(
             f"{what}: its function raised {type(error).__name__}: {shown(str(error), 200)}",
             entry=what,
@@ -61,7 +67,7 @@ def of_function(error: CallbackError, time: float) -> BaseException:
 
 def numbers_from(
     function: Callable[..., Any],
-    what: str,
+    what: str | Callable[[], str],
     size: int,
     *arguments: Any,
     infinite: bool = False,
@@ -70,7 +76,7 @@ def numbers_from(
 
     Args:
         function: the user's.
-        what: the entry and the field, for errors.
+        what: the entry and the field, for errors; or a function that returns them.
         size: how many numbers are expected.
         *arguments: of the function.
         infinite: whether infinite ones may pass.
@@ -88,23 +94,30 @@ def numbers_from(
     except Exception:
         array = np.asarray(None)
     if array.dtype.kind not in "iuf":
+        what = _said(what)
         thing = "complex numbers" if array.dtype.kind == "c" else a_thing(given)
         raise CallbackError(
             f"{what}: its function gave {thing} ({shown(given)}), expected real numbers",
             entry=what,
             from_function=True,
         )
-    array = np.array(array, dtype=float, ndmin=1)
+    if type(given) not in (tuple, list) or array.ndim == 0 or array.dtype is not FLOAT:
+        array = np.array(array, dtype=float, ndmin=1)
     if array.shape != (size,):
+        what = _said(what)
         raise _of_function(ShapeError.of(what, (size,), array.shape), what)
     # One number that is not finite makes the sum so, too.
-    if math.isfinite(array.sum()):
+    if math.isfinite(sum(array.tolist())):
         return array
     bad = np.isnan(array) if infinite else ~np.isfinite(array)
     if bad.any():
-        first = int(np.argmax(bad))
+        first, what = int(np.argmax(bad)), _said(what)
         raise _of_function(NotFiniteError.of(what, f"entry {first}", array[first]), what)
     return array
+
+
+def _said(what: str | Callable[[], str]) -> str:
+    return what() if callable(what) else what
 
 
 def _holds_no_numbers(array: np.ndarray) -> bool:
