@@ -57,7 +57,7 @@ class Stepper {
 
     // A step from y, whose rate is known, of at most `longest` [s]; false where none is short
     // enough. `y` and `rate` are then those of the end, unless rates fail there. `settle`: brings
-    // y onto its manifold.
+    // y onto its manifold, at the end of a step alone, whose rate is then asked for.
     bool step(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
               double* rate, double longest, Step& found);
     // Behind an event: what was stiff may be no more.
@@ -68,8 +68,6 @@ class Stepper {
     }
     // Behind a jump of rates whose slopes stay: the last step foretells nothing.
     void jump() { last_ = Step(); }
-    // True if the last rate of the last step was that of its end.
-    bool ended_last() const { return implicit_ || is_dopri5_; }
     // True if the polynomial within the last step is as accurate as its end.
     bool is_accurate_within() const { return !(size_ > kWithinStep); }
     // A step of this length whatever its error, to a time within one that was made.

@@ -50,7 +50,19 @@ struct Correction {
 
 enum class DynamicsFailure { none, singular_mass, contradiction, rest_not_solved };
 
-class Dynamics {
+// Forces of what rests and holds at a state: by point F and a (3n) and slip u (3n), in the axes of
+// each; of those that resist turning moments, their rates and speeds (3k); of joints with dry
+// friction what it gives and their acceleration; λ and which are determined.
+struct RestForces {
+    std::vector<double> F, rate, slip, moment, turn_rate, turning, dry_torque, dry_rate;
+    std::vector<double> multipliers;
+    std::vector<char> unique;
+    std::vector<int> turning_points;
+    double size = 0.0;  // the largest acceleration of what rests without its forces
+};
+
+// With those of the last evaluation.
+class Dynamics : public RestForces {
   public:
     explicit Dynamics(const MotionScene& scene);
 
@@ -64,15 +76,6 @@ class Dynamics {
     int evaluations = 0;
     // True from an evaluation on in which a point that rests does not push.
     bool has_opened = false;
-
-    // From the last evaluation: by point F and a (3n) and slip u (3n), in the axes of each; of
-    // those that resist turning moments, their rates and speeds (3k); of joints with dry friction
-    // what it gives and their acceleration; λ and which are determined.
-    std::vector<double> F, rate, slip, moment, turn_rate, turning, dry_torque, dry_rate;
-    std::vector<double> multipliers;
-    std::vector<char> unique;
-    std::vector<int> turning_points;
-    double size = 0.0;  // the largest acceleration of what rests without its forces
 
     // v̇ (nv) at a state under what rests; `pressed` of points is updated.
     DynamicsFailure accelerate(double t, const double* q, const double* v, RestingState& rest,

@@ -125,6 +125,8 @@ bool Motion::has_impacts_left() {
 // An impact of what closes, with all that rests taking part.
 bool Motion::close_gaps(const std::vector<int>& closing) {
     if (!has_impacts_left()) return false;
+    // The polynomial within a step knows nothing of what holds and rests.
+    if (now.rest.acts() || dynamics_.constraints.rows() > 0) correct_drift(false);
     const std::vector<RestingContact> points = points_of_gaps(closing);
     double approach = -INFINITY, capture = settings_.capture_speed;
     for (const RestingContact& point : points) {

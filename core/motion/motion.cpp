@@ -54,6 +54,8 @@ Motion::Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings
 bool Motion::rate(double at, const double* from, double* to, bool is_known) {
     Arena::Scope scope(scratch());
     const Model& model = *scene_->scene.model;
+    const bool ends = ends_;
+    ends_ = false;
     double* q = scratch().allocate(nq());
     std::copy(from, from + nq(), q);
     normalize_configuration(model, q);
@@ -67,9 +69,22 @@ bool Motion::rate(double at, const double* from, double* to, bool is_known) {
         failure_ = failure;
         return false;
     }
+    if (ends) {
+        at_end_ = dynamics_;
+        pressed_at_end_.clear();
+        for (const RestingContact& point : now.rest.points)
+            pressed_at_end_.push_back(point.pressed);
+    }
     double sum = 0.0;
     for (int i = 0; i < nv(); ++i) sum += to[nq() + i];
     return std::isfinite(sum);
+}
+
+// The forces at the end of a step, which was evaluated before others within it.
+void Motion::recall_end() {
+    static_cast<RestForces&>(dynamics_) = at_end_;
+    for (std::size_t i = 0; i < pressed_at_end_.size(); ++i)
+        now.rest.points[i].pressed = pressed_at_end_[i];
 }
 
 bool Motion::set_state(const Step& step, double at) {
@@ -165,7 +180,8 @@ void Motion::rewind(double at) {
     ended = Ended::not_yet;
     detail.clear();
     failure_ = DynamicsFailure::none;
-    micro_bounce_ = stopping_ = smooth_next_ = 0.0;
+    micro_bounce_ = 0.0;
+    forget_stop();
     still_ = 0;
     for (auto& [count, last_met] : soft_)
         if (last_met > at) count = 0, last_met = -1.0;
@@ -183,6 +199,7 @@ void Motion::control(const double* torques) {
     now.rest.controls.assign(torques, torques + nv());
     smooth_since_ = now.t;
     stepper_.jump();
+    forget_stop();
     update_rest(false, false);
 }
 
@@ -214,6 +231,12 @@ void Motion::foresee_stop() {
         stepper_.next = std::max(part * stepper_.next, std::min(stepper_.next, tolerance::alike));
     }
     stopping_ = stopping;
+}
+
+// Behind an event steps are as long as before a stop was foreseen.
+void Motion::forget_stop() {
+    stepper_.next = std::max(stepper_.next, smooth_next_);
+    stopping_ = smooth_next_ = 0.0;
 }
 
 double Motion::longest_step(double until) const {
@@ -266,6 +289,7 @@ void Motion::begin_stretch() {
     to_ = to;
     if (jumps) {
         smooth_since_ = now.t;
+        forget_stop();
         restart();
     }
 }
@@ -308,13 +332,16 @@ bool Motion::advance(double until) {
     const auto f = [this](double at, const double* from, double* to) { return rate(at, from, to); };
     if (stepper_.next <= 0.0) stepper_.next = kFirstStep * settings_.scale_of_time;
     Step step;
-    const auto normalize = [this](double* x) { normalize_configuration(*scene_->scene.model, x); };
+    const auto settle = [this](double* x) {
+        normalize_configuration(*scene_->scene.model, x);
+        ends_ = true;
+    };
     if (settings_.method == Method::dop853) foresee_stop();
     double longest = longest_step(until);
     dynamics_.has_opened = std::any_of(now.rest.points.begin(), now.rest.points.end(),
                                        [](const RestingContact& point) { return !point.pressed; });
     while (true) {
-        if (!stepper_.step(f, normalize, now.t, now.q(), now.rate.data(), longest, step)) {
+        if (!stepper_.step(f, settle, now.t, now.q(), now.rate.data(), longest, step)) {
             now = before;
             if (!now.rest.points.empty() && impact_without_collision()) return true;
             if (ended == Ended::not_yet && pass_change_point(until)) return true;
@@ -328,7 +355,6 @@ bool Motion::advance(double until) {
         longest = shorter;
     }
     micro_bounce_ = 0.0;
-    const int evaluations = dynamics_.evaluations;
     const Event event = first_event(step);
     if (event.what.kind != EventFunction::none) {
         Step cut;
@@ -342,19 +368,19 @@ bool Motion::advance(double until) {
             step.end = std::max(event.t, step.start);
         }
         step.at(step.end, now.q());
-        normalize(now.q());
+        normalize_configuration(*scene_->scene.model, now.q());
         now.t = step.end;
         keep(step);
         smooth_since_ = now.t;
-        stepper_.next = std::max(stepper_.next, smooth_next_);
-        stopping_ = smooth_next_ = 0.0;
+        forget_stop();
         if (!handle(event)) return ended == Ended::not_yet && fail();
     } else {
-        // Points that were let go of within trials of the step are looked at again.
         keep(step);
         now.t = step.end;
-        if (now.rest.acts() || dynamics_.constraints.rows() > 0)
-            update_rest(stepper_.ended_last() && dynamics_.evaluations == evaluations);
+        if (now.rest.acts() || dynamics_.constraints.rows() > 0) {
+            recall_end();
+            update_rest(true);
+        }
     }
     if (ended == Ended::not_yet) check_progress();
     return ended == Ended::not_yet;

@@ -109,6 +109,7 @@ class Motion {
   private:
     std::size_t piece_at(double at) const;
     bool rate(double at, const double* y, double* rate, bool is_known = false);
+    void recall_end();
     bool set_state(const Step& step, double at);
     Spatial<double> velocity_of(const RestingContact& point, const double* state) const;
     const Gap& gap(int i) const { return dynamics_.contact_gaps.gaps()[i]; }
@@ -128,6 +129,7 @@ class Motion {
     double longest_step(double until) const;
     double until_stopping() const;
     void foresee_stop();
+    void forget_stop();
     bool fail();
     void forces_at(const Step& step, double at, std::vector<double>& found);
     double shorter_step(const Step& step);
@@ -190,6 +192,9 @@ class Motion {
     Stepper stepper_;
     DynamicsFailure failure_ = DynamicsFailure::none;
     std::vector<double> here_, base_, largest_force_;
+    RestForces at_end_;  // of the last step
+    std::vector<char> pressed_at_end_;
+    bool ends_ = false;  // whether the next rate is that of the end of a step
     // Forces that jump at a stop have their values on this side of it [s].
     double from_ = -INFINITY, to_ = INFINITY;
     std::vector<char> passing_;

@@ -255,8 +255,9 @@ bool Motion::update_slip_states() {
 // whether the last evaluation was here; `has_moved`: since drift was taken out.
 bool Motion::update_rest(bool is_known, bool has_moved) {
     failure_ = DynamicsFailure::none;
+    bool is_here = !has_moved;
     const auto evaluate = [&] {
-        if (rate(now.t, now.q(), now.rate.data(), !has_moved)) return true;
+        if (rate(now.t, now.q(), now.rate.data(), is_here)) return true;
         if (failure_ == DynamicsFailure::rest_not_solved && !now.rest.points.empty()) return false;
         return fail();
     };
@@ -264,6 +265,7 @@ bool Motion::update_rest(bool is_known, bool has_moved) {
         return ended == Ended::not_yet && (impact_without_collision() || fail());
     };
     if (!is_known && !evaluate()) return jam();
+    is_here = true;
     const std::size_t before = now.rest.points.size();
     set_state();
     if (before > 0) release_contacts();
