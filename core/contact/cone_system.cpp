@@ -69,7 +69,7 @@ double hypot_of(const double* x, int size) {
 ConeSystem build_system(const double* W, int rows, const double* b, double scale,
                         const Cones& cones, Arena& arena) {
     ConeSystem s;
-    const int n = static_cast<int>(cones.normal.size()), g = static_cast<int>(cones.first.size());
+    const int n = cones.contacts, g = cones.groups;
     s.source = arena.allocate_int(rows);
     s.unit = arena.allocate(rows);
     s.mobility_ratio = arena.allocate(rows);

@@ -31,10 +31,8 @@ void clear_open(const ConeSystem& s, double* P, Arena& arena) {
 bool is_infeasible(const double* W, int rows, const double* b, double scale, const Cones& cones,
                    Arena& arena) {
     Arena::Scope scope(arena);
-    Cones bare;
-    bare.normal = cones.normal;
-    bare.floor.assign(cones.normal.size(), 0.0);
-    bare.adhesion = bare.floor;
+    Cones bare(cones.contacts, 0, arena);
+    for (int c = 0; c < cones.contacts; ++c) bare.add_contact(cones.normal[c], 0.0, 0.0);
     const ConeSystem s = build_system(W, rows, b, scale, bare, arena);
     double *d = arena.allocate(s.rows), *velocity = arena.allocate(s.rows),
            *soft = arena.allocate(s.rows, s.rows);
@@ -64,7 +62,7 @@ ConeSolution solve_cones(const double* W, int rows, const double* b, double scal
     Arena::Scope scope(arena);
     ConeSystem s = build_system(W, rows, b, scale, cones, arena);
     ConeSolution solution;
-    solution.unique.assign(cones.normal.size(), 1);
+    solution.unique.assign(cones.contacts, 1);
     double* own = arena.allocate(s.rows);
     double* shares = arena.allocate(s.rows);
     Held held(s, arena);

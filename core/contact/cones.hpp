@@ -17,15 +17,36 @@ namespace impulsekit {
 // Coulomb's friction is a group of the two tangents; rolling friction one of two moments, torsional
 // friction one of one moment, with µ_g a length.
 struct Cones {
-    std::vector<int> normal;       // (n) row of each contact's normal
-    std::vector<double> floor;     // (n) [N s]
-    std::vector<double> adhesion;  // (n) A [N s]
-    std::vector<int> first;        // (g) first row of each group
-    std::vector<int> size;         // (g) 1 or 2
-    std::vector<int> contact;      // (g) whose normal impulse bounds it; −1 for none
-    std::vector<double> friction;  // (g) µ_g
+    int contacts = 0, groups = 0;  // n and g
+    int* normal;                   // (n) row of each contact's normal
+    double *floor, *adhesion;      // (n) [N s], A [N s]
+    int *first, *size;             // (g) first row of each group; 1 or 2
+    int* contact;                  // (g) whose normal impulse bounds it; −1 for none
+    double* friction;              // (g) µ_g
     // (rows, rows) W, where the columns of normals have the friction of what slides in them besides
     const double* mobility = nullptr;
+
+    // Room for so many, for as long as the scratch memory is not given back.
+    Cones(int most_contacts, int most_groups, Arena& arena)
+        : normal(arena.allocate_int(most_contacts)),
+          floor(arena.allocate(most_contacts)),
+          adhesion(arena.allocate(most_contacts)),
+          first(arena.allocate_int(most_groups)),
+          size(arena.allocate_int(most_groups)),
+          contact(arena.allocate_int(most_groups)),
+          friction(arena.allocate(most_groups)) {}
+
+    void add_contact(int row, double least, double pull) {
+        normal[contacts] = row;
+        floor[contacts] = least;
+        adhesion[contacts++] = pull;
+    }
+    void add_group(int row, int count, int of_contact, double reach) {
+        first[groups] = row;
+        size[groups] = count;
+        contact[groups] = of_contact;
+        friction[groups++] = reach;
+    }
 };
 
 struct ConeSolution {

@@ -258,21 +258,16 @@ class RestLaw {
 
     // The search over all cones.
     bool search() {
-        Cones cones;
+        const Arena::Scope scope(scratch());
+        Cones cones(p_.points, p_.points + 2 * p_.turning + p_.joints, scratch());
         std::vector<int> own(p_.points, -1);
         for (int i = 0; i < p_.points; ++i) {
             if (is_loaded(i)) continue;
-            own[i] = static_cast<int>(cones.normal.size());
-            cones.normal.push_back(normal(i));
-            cones.floor.push_back(0.0);
-            cones.adhesion.push_back(0.0);
+            own[i] = cones.contacts;
+            cones.add_contact(normal(i), 0.0, 0.0);
         }
         const auto add = [&](int k, int row, int size, int contact, double reach) {
-            if (k >= 0 && !holds(k)) return;
-            cones.first.push_back(row);
-            cones.size.push_back(size);
-            cones.contact.push_back(contact);
-            cones.friction.push_back(reach);
+            if (k < 0 || holds(k)) cones.add_group(row, size, contact, reach);
         };
         for (int i = 0; i < p_.points; ++i)
             add(i, 3 * i, 2, own[i], p_.reach[i] * (is_loaded(i) ? p_.load[i] : 1.0));

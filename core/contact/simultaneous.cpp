@@ -74,25 +74,14 @@ void mark_shared(const ContactProblem& problem, const ConeSolution& found,
 }  // namespace
 
 Cones cones_of(const ContactProblem& problem) {
-    Cones cones;
     const int n = problem.contacts;
-    const std::size_t most = n + 2 * problem.turning;
-    for (std::vector<int>* own : {&cones.normal, &cones.first, &cones.size, &cones.contact})
-        own->reserve(most);
-    for (std::vector<double>* own : {&cones.floor, &cones.adhesion, &cones.friction})
-        own->reserve(most);
+    Cones cones(n, n + 2 * problem.turning, scratch());
     for (int i = 0; i < n; ++i) {
-        cones.normal.push_back(3 * i + 2);
         const double pull = problem.adhesion ? problem.adhesion[i] : 0.0;
-        cones.floor.push_back(pull > 0.0 ? -pull : 0.0);
-        cones.adhesion.push_back(pull);
+        cones.add_contact(3 * i + 2, pull > 0.0 ? -pull : 0.0, pull);
     }
     auto add = [&](int first, int size, int contact, double friction) {
-        if (!(friction > tolerance::negligible)) return;
-        cones.first.push_back(first);
-        cones.size.push_back(size);
-        cones.contact.push_back(contact);
-        cones.friction.push_back(friction);
+        if (friction > tolerance::negligible) cones.add_group(first, size, contact, friction);
     };
     for (int i = 0; i < n; ++i) add(3 * i, 2, i, problem.friction[i]);
     for (int k = 0; k < problem.turning; ++k) {
@@ -130,6 +119,7 @@ bool gains_energy(const double* impulse, const double* start, const double* free
 }
 
 ContactSolution solve_simultaneous(const ContactProblem& problem, const Law& law) {
+    const Arena::Scope scope(scratch());
     const int rows = problem.rows(), count = problem.contacts + problem.turning;
     const bool newton = law.restitution == Restitution::newton;
     const double* start = newton ? problem.before : problem.free;
@@ -142,13 +132,13 @@ ContactSolution solve_simultaneous(const ContactProblem& problem, const Law& law
     solution.unique.assign(count, 1);
     Cones cones = cones_of(problem);
     double scale = velocity_scale(problem);
-    std::vector<double> xi(problem.free, problem.free + rows);
-    if (newton) add_newtons_shift(problem, xi.data());
-    ConeSolution found =
-        solve_cones(problem.W, rows, xi.data(), scale, cones, solution.impulse.data());
+    double* xi = scratch().allocate(rows);
+    std::copy(problem.free, problem.free + rows, xi);
+    if (newton) add_newtons_shift(problem, xi);
+    ConeSolution found = solve_cones(problem.W, rows, xi, scale, cones, solution.impulse.data());
     const bool has_none =
         newton && !found.infeasible && !(found.residual <= tolerance::residual) &&
-        try_all_modes(problem, law, xi.data(), scale, cones, solution.impulse.data(), found);
+        try_all_modes(problem, law, xi, scale, cones, solution.impulse.data(), found);
     multiply(problem.W, rows, solution.impulse.data(), problem.free, solution.after.data());
     add_works(problem, solution.impulse.data(), start, solution.after.data(), solution);
     mark_shared(problem, found, solution);

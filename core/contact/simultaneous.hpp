@@ -11,7 +11,7 @@ namespace impulsekit {
 // compression (Glocker & Pfeiffer 1995).
 ContactSolution solve_simultaneous(const ContactProblem& problem, const Law& law);
 
-// The cones of a problem, with floors of zero.
+// The cones of a problem, in scratch memory, with floors of zero.
 Cones cones_of(const ContactProblem& problem);
 
 // e min(u_n⁻, 0) and e_t u_t⁻: what Newton's law adds to u⁺ (r) [m/s].

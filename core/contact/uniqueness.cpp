@@ -25,14 +25,14 @@ class Search {
         : p_(problem),
           law_(law),
           rows_(problem.rows()),
+          scope_(scratch()),
           cones_(cones_of(problem)),
           scale_(velocity_scale(problem)),
           shown_(shown, shown + rows_),
           xi_(problem.free, problem.free + rows_) {
         if (law.restitution == Restitution::newton) add_newtons_shift(problem, xi_.data());
         group_.assign(problem.contacts, -1);
-        for (int g = 0; g < static_cast<int>(cones_.contact.size()); ++g)
-            group_[cones_.contact[g]] = g;
+        for (int g = 0; g < cones_.groups; ++g) group_[cones_.contact[g]] = g;
         velocities(shown_.data(), after_shown_);
     }
 
@@ -170,7 +170,8 @@ class Search {
 
     // From a compression to the whole impulse of Poisson's law.
     void release(std::vector<double>& P) const {
-        Cones floors = cones_;
+        const Arena::Scope scope(scratch());
+        Cones floors = cones_of(p_);
         bool any = false;
         for (int i = 0; i < p_.contacts; ++i) {
             floors.floor[i] = p_.restitution[i] * P[3 * i + 2];
@@ -295,6 +296,7 @@ class Search {
     const ContactProblem& p_;
     const Law law_;
     const int rows_;
+    const Arena::Scope scope_;
     const Cones cones_;
     const double scale_;
     std::vector<double> shown_, xi_, after_shown_;
