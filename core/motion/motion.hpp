@@ -176,8 +176,8 @@ class Motion {
     bool find_slip_states(double no_slip);
     bool update_rest(bool is_known = false, bool has_moved = true);
     bool correct_drift(bool all_normals);
-    bool correct_places(bool all_normals);
-    bool correct_velocities(bool all_normals);
+    bool correct_places(bool all_normals, std::vector<double>& J);
+    bool correct_velocities(bool all_normals, const std::vector<double>& J);
     bool update_slip_states();
     void release_contacts();
     void rebase();

@@ -284,16 +284,19 @@ bool Motion::update_rest(bool is_known, bool has_moved) {
 // belong, by as little as can be in the metric of M; whether anything moved. The tree with places
 // and twists.
 bool Motion::correct_drift(bool all_normals) {
-    const bool in_places = correct_places(all_normals);
-    return correct_velocities(all_normals) || in_places;
+    std::vector<double> J;
+    const bool in_places = correct_places(all_normals, J);
+    return correct_velocities(all_normals, J) || in_places;
 }
 
-// The same of places alone, by Newton's method.
-bool Motion::correct_places(bool all_normals) {
+// The same of places alone, by Newton's method; `J` are the rows of resting points there.
+bool Motion::correct_places(bool all_normals, std::vector<double>& J) {
     std::vector<double> off;
     std::vector<int> of_rows;
     const BilateralConstraints& held = dynamics_.constraints;
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0;; ++step) {
+        J = rows_of(now.rest.points);
+        if (step == kMostSteps) return true;
         Correction back;
         if (held.rows() > 0) {
             dynamics_.constraints.fill_rows(dynamics_.tree, now.q());
@@ -301,7 +304,6 @@ bool Motion::correct_places(bool all_normals) {
             for (std::size_t i = 0; i < off.size(); ++i)
                 back.add(held.A() + of_rows[i] * nv(), nv(), -off[i]);
         }
-        const std::vector<double> J = rows_of(now.rest.points);
         for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
             const RestingContact& point = now.rest.points[i];
             if (point.pressed || all_normals)
@@ -315,11 +317,10 @@ bool Motion::correct_places(bool all_normals) {
         normalize_configuration(*scene_->scene.model, now.q());
         set_state();
     }
-    return true;
 }
 
 // The same of velocities alone.
-bool Motion::correct_velocities(bool all_normals) {
+bool Motion::correct_velocities(bool all_normals, const std::vector<double>& J) {
     const double* v = now.v();
     Correction back;
     const auto still = [&](const double* row) { back.add(row, nv(), -dot(row, v, nv())); };
@@ -332,7 +333,6 @@ bool Motion::correct_velocities(bool all_normals) {
             back.add(row, nv(), speed[r] - dot(row, v, nv()));
         }
     }
-    const std::vector<double> J = rows_of(now.rest.points);
     const double *row = J.data(), *turn = row + 3 * nv() * now.rest.points.size();
     for (const RestingContact& point : now.rest.points) {
         const Gap& gap = this->gap(point.gap);
