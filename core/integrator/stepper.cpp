@@ -158,6 +158,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
         const double size = attempt(kDopri5, longest),
                      factor = std::min(kMost, factor_of(kDopri5, size));
         reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
+        size_ = size;
         is_dopri5_ = size <= 1.0 && dense(kDopri5, f, t, y, longest, found);
         if (is_dopri5_) return take(kDopri5, y, rate);
     }

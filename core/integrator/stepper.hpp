@@ -17,10 +17,10 @@ namespace impulsekit {
 // trials, or as short as rounding of the time, there is none.
 inline constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
 inline constexpr int kMostTrials = 60;
-// The polynomial within a step of order 8 is off by up to 1.5 times the step's estimated error, its
-// end by a few times less. Within, a state is as good as at ends where that error is below so much
-// of what is allowed; times found there change by less than this part of a step.
-inline constexpr double kWithinStep = 0.01;
+// The polynomial within a step is off by up to 1.5 times the step's estimated error, its end by
+// less, and by less still where a step is cut. Within steps that might be so many times as long, a
+// state is as good as at their ends.
+inline constexpr double kTimesAsLong = 4.0;
 // Explicit steps are stable up to this h|λ|.
 inline constexpr double kStable = 6.1;
 inline double shortest_step(double t) { return tolerance::rounding * std::max(std::abs(t), 1e-3); }
@@ -69,7 +69,10 @@ class Stepper {
     // Behind a jump of rates whose slopes stay: the last step foretells nothing.
     void jump() { last_ = Step(); }
     // True if the polynomial within the last step is as accurate as its end.
-    bool is_accurate_within() const { return !(size_ > kWithinStep); }
+    bool is_accurate_within() const {
+        const Tableau& m = is_dopri5_ ? kDopri5 : kDop853;
+        return !(size_ * std::pow(kTimesAsLong, m.order) > 1.0);
+    }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 

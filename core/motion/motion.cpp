@@ -22,6 +22,8 @@ constexpr double kNowhere = 1e-10;
 // Steps that go further than this [m, rad] are short because speeds are high; hopeless where the
 // rest of the motion would take so many times max_steps.
 constexpr double kFarAhead = 1e-2, kHopeless = 100.0;
+// Times of events change by less than this part of a step when they are sharpened.
+constexpr double kSharpened = 1e-3;
 // Speeds [m/s] whose squares may overflow.
 constexpr double kHuge = 1e100;
 // A motion begins with steps of this part of it.
@@ -300,7 +302,7 @@ double Motion::sharpened(const Step& step, int gap) {
     set_state(step, step.end);
     const GapState at = gap_here(gap);
     const double change = at.rate < 0.0 ? at.gap / -at.rate : 0.0;
-    return std::abs(change) < kWithinStep * step.length ? step.end + change : step.end;
+    return std::abs(change) < kSharpened * step.length ? step.end + change : step.end;
 }
 
 // End a motion that gets no further, or has made all its steps.
