@@ -86,11 +86,11 @@ def test_contact_impulses_and_masses_against_differences():
     scene = ik.Scene(panda, contacts=[touch])
     rng = np.random.default_rng(3)
     Q, V = rng.uniform(-0.5, 0.5, (20, 9)), rng.normal(size=(20, 9))
-    of, by = ("v_after", "contact_impulses"), ("v", "mass", "restitution")
+    of, by = ("v_after", "contact_impulses"), ("v", "q", "mass", "restitution")
     masses = {"panda_hand": 1.7, "panda_link4": 0.6}
     found = ik.derivatives_batch(scene, Q, V, of=of, by=by, masses=masses)
 
-    def told(V=V, masses=masses, **changed):
+    def told(V=V, Q=Q, masses=masses, **changed):
         batch = ik.solve_batch(scene, Q, V, outputs=of, masses=masses, **changed)
         return batch.v_after, batch.contact_impulses
 
@@ -98,6 +98,7 @@ def test_contact_impulses_and_masses_against_differences():
     up = dict(zip(found.links, rng.normal(size=len(found.links)), strict=True))
     ways = {
         "v": (d, lambda h: told(V + h * d)),
+        "q": (d, lambda h: told(Q=Q + h * d)),
         "mass": (
             np.array(list(up.values())),
             lambda h: told(masses={name: masses.get(name, 1.0) + h * x for name, x in up.items()}),

@@ -64,7 +64,7 @@ def _too_large() -> None:
     free = model_checks.free_memory
     model_checks.free_memory = lambda: 1e9
     try:
-        _ = solve(scene, robot.neutral(), robot.velocity()).reactions
+        _ = solve(scene, robot.neutral(), robot.velocity()).energy
     finally:
         model_checks.free_memory = free
 
@@ -119,5 +119,5 @@ FAULTS = (
     Fault("strikes a joint that moves no mass", _massless_arm),
     Fault("strikes a body whose inertia no body has", lambda: _struck_body(ixy="0.5")),
     Fault("strikes a body without mass", lambda: _struck_body(mass="0", ixx="0", iyy="0", izz="0")),
-    Fault("asks for the loads of a chain that does not fit into memory", _too_large),
+    Fault("asks for the energy of a chain that does not fit into memory", _too_large),
 )  # fmt: skip
