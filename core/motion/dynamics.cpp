@@ -265,10 +265,11 @@ void Dynamics::write_bounds(const RestingState& rest, const RestBounds& bounds, 
         for (int j = 0; j < 3; ++j) slip[3 * i + j] = dot(J_.data() + (3 * i + j) * nv, v, nv);
         pressed[i] = point.pressed;
         reach[i] = static_friction(entry);
-        if (point.slip.moves && !point.slip.begins()) {
+        if (point.slip.moves) {
             const double speed = std::hypot(slip[3 * i], slip[3 * i + 1]);
             reach[i] = sliding_friction(entry, speed);
-            slip_direction(&slip[3 * i], speed, slow, point.slip, direction + 2 * i);
+            if (!point.slip.begins())
+                slip_direction(&slip[3 * i], speed, slow, point.slip, direction + 2 * i);
         }
         if (!scene.pulls.empty()) pull[i] = scene.pulls[entry];
     }

@@ -207,9 +207,9 @@ bool Motion::update_slip_states() {
     const std::size_t n = now.rest.points.size();
     if (dynamics_.rate.size() != 3 * n) return false;
     const double torn = tolerance::torn * dynamics_.size;
-    // `smooth`: friction does not fall where it begins to slide.
+    // `begins`: it has no direction of its own at first.
     const auto update = [&](SlipState& slip, bool pressed, const double* u, const double* a,
-                            int size, double none, bool smooth) {
+                            int size, double none, bool begins) {
         const double ahead = size == 2 ? u[1] : 0.0, aside = size == 2 ? a[1] : 0.0;
         const bool tears = std::hypot(a[0], aside) > torn;
         if (slip.begins() && !tears) {
@@ -223,7 +223,7 @@ bool Motion::update_slip_states() {
             if (speed <= dynamics_.slow && !(turned == slip)) changed = true;
             slip = turned;
         } else if (pressed && tears) {
-            slip = smooth ? SlipState{true, {}} : SlipState::of(a[0], aside, 0.0);
+            slip = begins ? SlipState{true, {}} : SlipState::of(a[0], aside, 0.0);
             changed = true;
         }
     };
@@ -231,10 +231,9 @@ bool Motion::update_slip_states() {
     for (std::size_t i = 0; i < n; ++i) {
         RestingContact& p = now.rest.points[i];
         const Gap& gap = this->gap(p.gap);
-        const bool drops = dynamics_.has_drop(gap.entry);
-        if (dynamics_.static_friction(gap.entry) > 0.0 || drops)
+        if (dynamics_.static_friction(gap.entry) > 0.0 || dynamics_.has_drop(gap.entry))
             update(p.slip, p.pressed, &dynamics_.slip[3 * i], &dynamics_.rate[3 * i], 2, slow_,
-                   !drops);
+                   true);
         if (!gap.turns) continue;
         const ContactCoefficients& own = scene_->law.contacts[gap.entry];
         const double *u = &dynamics_.turning[3 * next], *a = &dynamics_.turn_rate[3 * next];
