@@ -1,6 +1,4 @@
 // Motions, as Python runs and reads them.
-#include "motion/motion.hpp"
-
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
@@ -11,8 +9,11 @@
 #include "bind/fields.hpp"
 #include "bind/motion_scene.hpp"
 #include "bind/points.hpp"
+#include "motion/advance.hpp"
 #include "motion/columns.hpp"
 #include "motion/forces_of_motion.hpp"
+#include "motion/path.hpp"
+#include "motion/start.hpp"
 
 namespace nb = nanobind;
 
@@ -170,11 +171,11 @@ constexpr Clock::duration kBetweenLooks = std::chrono::milliseconds(20);
 template <typename Condition>
 void run_while(Motion& motion, double horizon, const nb::object& on_time, bool each_step,
                const Condition& goes_on) {
-    motion.go_on();
+    motion.progress.counted = motion.stepper.steps;
     const bool has_callback = !on_time.is_none();
     const nb::gil_scoped_release free;
     Clock::time_point last = Clock::now();
-    while (goes_on() && motion.advance(horizon)) {
+    while (goes_on() && advance(motion, horizon)) {
         if (!each_step && Clock::now() - last < kBetweenLooks) continue;
         last = Clock::now();
         const nb::gil_scoped_acquire lock;
@@ -194,20 +195,20 @@ void run_to_impact(Motion& motion, double until, double horizon) {
               [&] { return motion.impacts.size() == known && motion.now.t < until; });
 }
 
-bool is_struck_at_start(Motion& motion, const std::vector<int>& gaps) {
-    for (int gap : gaps) check_gap(motion.dynamics(), gap);
-    return motion.is_struck_at_start(gaps);
+bool is_struck(Motion& motion, const std::vector<int>& gaps) {
+    for (int gap : gaps) check_gap(motion.dynamics, gap);
+    return is_struck_at_start(motion, gaps);
 }
 
 void begin(Motion& motion, const Array& v, const std::vector<int>& gaps) {
-    for (int gap : gaps) check_gap(motion.dynamics(), gap);
-    motion.begin(data_of(v, motion.nv(), "v"), gaps);
+    for (int gap : gaps) check_gap(motion.dynamics, gap);
+    begin_motion(motion, data_of(v, motion.nv(), "v"), gaps);
 }
 
 // q and v, normalized, at a time of the path.
-auto state_at(const Motion& motion, double at) {
+auto arrays_at(const Motion& motion, double at) {
     std::vector<double> q(motion.nq()), v(motion.nv());
-    motion.state(at, q.data(), v.data());
+    state_at(motion, at, q.data(), v.data());
     return std::make_pair(array_of(q), array_of(v));
 }
 
@@ -242,9 +243,10 @@ void bind_motion(nb::module_& module) {
     bind_results(module);
     Result<Motion>(module, "Motion", "A motion on its way.")
         .part("t", [](const Motion& m) { return m.now.t; })
-        .parts("detail", &Motion::detail, "begun", &Motion::begun, "ended", &Motion::ended, "steps",
-               &Motion::steps, "impacts", &Motion::impacts, "rests", &rests_of)
-        .part("evaluations", [](const Motion& m) { return m.dynamics().evaluations; })
+        .parts("detail", &Motion::detail, "begun", &Motion::begun, "ended", &Motion::ended,
+               "impacts", &Motion::impacts, "rests", &rests_of)
+        .part("steps", [](const Motion& m) { return m.stepper.steps; })
+        .part("evaluations", [](const Motion& m) { return m.dynamics.evaluations; })
         .part("path", [](const Motion& m) { return Path(m); })
         .part("impact_columns", [](const Motion& m) { return ImpactColumns(m); })
         .part("impact_times",
@@ -262,18 +264,20 @@ void bind_motion(nb::module_& module) {
             },
             nb::arg("scene"), nb::arg("settings"), nb::arg("q"), nb::arg("v"),
             nb::keep_alive<1, 2>())
-        .def("gaps_closed_at_start", &Motion::gaps_closed_at_start)
-        .def("is_struck_at_start", &is_struck_at_start, nb::arg("gaps"))
+        .def("gaps_closed_at_start", &gaps_closed_at_start)
+        .def("is_struck_at_start", &is_struck, nb::arg("gaps"))
         .def("begin", &begin, nb::arg("v"), nb::arg("gaps"))
         .def(
             "copy", [](const Motion& self) { return Motion(self); }, nb::keep_alive<0, 1>())
-        .def("rewind", &Motion::rewind, nb::arg("at"))
-        .def("forget", &Motion::forget, nb::arg("before"))
+        .def("rewind", &rewind_to, nb::arg("at"))
+        .def("forget", &forget_before, nb::arg("before"))
         .def(
             "control",
-            [](Motion& m, const Array& torques) { m.control(data_of(torques, m.nv(), "torques")); },
+            [](Motion& m, const Array& torques) {
+                control(m, data_of(torques, m.nv(), "torques"));
+            },
             nb::arg("torques"))
-        .def("state", &state_at, nb::arg("at"))
+        .def("state", &arrays_at, nb::arg("at"))
         .def(
             "samples",
             [](const Motion& m, const Array& times) {
@@ -281,7 +285,7 @@ void bind_motion(nb::module_& module) {
             },
             nb::arg("times"), nb::rv_policy::move,
             "Return (times, nq + nv) y as the steps have it.")
-        .def("resting_state", &Motion::resting_state_at, nb::arg("at"))
+        .def("resting_state", &resting_state_at, nb::arg("at"))
         .def("run_to_impact", &run_to_impact, nb::arg("until"), nb::arg("horizon"))
         .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),
              nb::arg("each_step"));

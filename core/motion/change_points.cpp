@@ -1,18 +1,12 @@
-// Change points: linkages that pass a configuration at which their constraints lose rank.
-//
-// A parallelogram is flat twice a turn. Its rows depend on each other there, and next to it
-// rounding divided by their smallest singular value is larger than any tolerance: steps shrink, and
-// end at rows that cannot hold together. Nothing happens to the motion itself, whose velocity goes
-// on along the branch on which it came. So the polynomial through states well before is followed to
-// the other side, and taken if it obeys constraints and accelerations there. At a dead centre,
-// where a driven linkage cannot go on, it does not.
+#include "motion/change_points.hpp"
+
 #include <algorithm>
 #include <cmath>
 
-#include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
 #include "motion/interpolation.hpp"
-#include "motion/motion.hpp"
+#include "motion/path.hpp"
+#include "motion/resting.hpp"
 #include "spatial/joints.hpp"
 
 namespace impulsekit {
@@ -35,17 +29,17 @@ void basis(double x, double* to) {
     }
 }
 
-}  // namespace
-
 // The polynomial through states of the path before a time, from there on.
-Step Motion::extrapolation(double start, double length) const {
-    const int n = static_cast<int>(now.y.size());
+Step extrapolation(const Motion& motion, double start, double length) {
+    const int n = static_cast<int>(motion.now.y.size());
     const Interpolation through(start - kFitted * length, start);
     std::vector<double> values(Interpolation::count * n);
     for (int i = 0; i < Interpolation::count; ++i) {
-        state(through.nodes[i], values.data() + i * n, values.data() + i * n + nq());
+        state_at(motion, through.nodes[i], values.data() + i * n,
+                 values.data() + i * n + motion.nq());
         if (i > 0)
-            choose_signs(*scene_->scene.model, values.data() + (i - 1) * n, values.data() + i * n);
+            choose_signs(*motion.scene->scene.model, values.data() + (i - 1) * n,
+                         values.data() + i * n);
     }
     Step step;
     step.start = step.begin = start;
@@ -76,69 +70,73 @@ Step Motion::extrapolation(double start, double length) const {
 }
 
 // The relative error of velocities, places and accelerations behind a jump.
-double Motion::error_behind(const Step& jump) {
-    const int m = dynamics_.constraints.rows();
+double error_behind(Motion& motion, const Step& jump) {
+    Dynamics& dynamics = motion.dynamics;
+    const int m = dynamics.constraints.rows();
     const double length = jump.end - jump.start, apart = kApart * length;
-    set_state(jump, jump.end);
-    const double* v = here_.data() + nq();
-    dynamics_.constraints.fill_rows(dynamics_.tree, here_.data());
+    set_state(motion, jump, jump.end);
+    const double* v = motion.here.data() + motion.nq();
+    dynamics.constraints.fill_rows(dynamics.tree, motion.here.data());
     std::vector<double> speed(m), rate(m), terms(m), off;
     std::vector<int> rows;
-    dynamics_.constraints.speeds(jump.end, speed.data(), rate.data());
-    const double fastest = largest(v, nv());
+    dynamics.constraints.speeds(jump.end, speed.data(), rate.data());
+    const double fastest = largest(v, motion.nv());
     double worst = 0.0;
     for (int r = 0; r < m; ++r) {
-        const double* row = dynamics_.constraints.A() + r * nv();
-        for (int i = 0; i < nv(); ++i) terms[r] += std::abs(row[i]) * fastest;
+        const double* row = dynamics.constraints.A() + r * motion.nv();
+        for (int i = 0; i < motion.nv(); ++i) terms[r] += std::abs(row[i]) * fastest;
         terms[r] += std::abs(speed[r]);
         if (terms[r] > 0.0)
-            worst = std::max(worst, std::abs(dot(row, v, nv()) - speed[r]) / terms[r]);
+            worst = std::max(worst, std::abs(dot(row, v, motion.nv()) - speed[r]) / terms[r]);
     }
-    dynamics_.constraints.drift(dynamics_.tree, here_.data(), jump.end, off, rows);
+    dynamics.constraints.drift(dynamics.tree, motion.here.data(), jump.end, off, rows);
     for (std::size_t i = 0; i < off.size(); ++i)
         if (terms[rows[i]] > 0.0)
             worst = std::max(worst, std::abs(off[i]) / length / terms[rows[i]]);
     if (!(worst < tolerance::contradiction)) return worst;
-    const std::vector<double> after = here_;
-    set_state(jump, jump.end - apart);
-    const std::vector<double> before = here_;
-    std::vector<double> middle(now.y.size()), found(now.y.size());
+    const std::vector<double> after = motion.here;
+    set_state(motion, jump, jump.end - apart);
+    const std::vector<double> before = motion.here;
+    std::vector<double> middle(motion.now.y.size()), found(motion.now.y.size());
     jump.at(jump.end - 0.5 * apart, middle.data());
-    if (!this->rate(jump.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
-    for (int i = nq(); i < nq() + nv(); ++i)
+    if (!find_rate(motion, jump.end - 0.5 * apart, middle.data(), found.data())) return INFINITY;
+    for (int i = motion.nq(); i < motion.nq() + motion.nv(); ++i)
         worst = std::max(worst, std::abs((after[i] - before[i]) / apart - found[i]) * length /
                                     std::max(fastest, tolerance::tiny));
     return worst;
 }
 
-// Go past a change point of what is held; false where none is near.
-bool Motion::pass_change_point(double until) {
-    if (dynamics_.constraints.rows() == 0 || now.rest.acts() || path.empty()) return false;
-    const std::size_t first = path.size() > kMostBack ? path.size() - kMostBack : 0;
+}  // namespace
+
+bool pass_change_point(Motion& motion, double until) {
+    MotionState& now = motion.now;
+    if (motion.dynamics.constraints.rows() == 0 || now.rest.acts() || motion.path.empty())
+        return false;
+    const std::size_t first = motion.path.size() > kMostBack ? motion.path.size() - kMostBack : 0;
     double longest = 0.0, least = INFINITY;
-    for (std::size_t i = first; i < path.size(); ++i)
-        longest = std::max(longest, path[i].step.end - path[i].step.start);
+    for (std::size_t i = first; i < motion.path.size(); ++i)
+        longest = std::max(longest, motion.path[i].step.end - motion.path[i].step.start);
     std::size_t kept = 0;
     Step best;
-    for (std::size_t i = first; i < path.size(); ++i) {
-        const double start = path[i].step.start,
+    for (std::size_t i = first; i < motion.path.size(); ++i) {
+        const double start = motion.path[i].step.start,
                      length = std::max(kJumpReach * (now.t - start), kLeastReach * longest);
-        if (start - kFitted * length < smooth_since_ || start + length > until) continue;
-        const Step step = extrapolation(start, length);
-        const double off = error_behind(step);
+        if (start - kFitted * length < motion.smooth_since || start + length > until) continue;
+        const Step step = extrapolation(motion, start, length);
+        const double off = error_behind(motion, step);
         if (!(off < std::min(least, tolerance::contradiction))) continue;
         least = off;
         best = step;
         kept = i;
     }
     if (!(least < INFINITY)) return false;
-    path.resize(kept);
-    keep(best);
+    motion.path.resize(kept);
+    keep_step(motion, best);
     best.at(best.end, now.q());
-    normalize_configuration(*scene_->scene.model, now.q());
+    normalize_configuration(*motion.scene->scene.model, now.q());
     now.t = best.end;
-    stepper_.next = best.length;
-    return update_rest();
+    motion.stepper.next = best.length;
+    return update_rest(motion);
 }
 
 }  // namespace impulsekit

@@ -1,5 +1,7 @@
 #include "motion/columns.hpp"
 
+#include "motion/path.hpp"
+
 namespace impulsekit {
 
 Path::Path(const Motion& motion) : resting_states(motion.resting_states) {
@@ -13,7 +15,7 @@ Path::Path(const Motion& motion) : resting_states(motion.resting_states) {
 }
 
 ImpactColumns::ImpactColumns(const Motion& motion) {
-    const Scene& scene = motion.scene().scene;
+    const Scene& scene = motion.scene->scene;
     const std::size_t contacts = scene.contacts.size(), nv = motion.nv();
     for (const auto& impact : motion.impacts) {
         const SceneImpact& solved = impact->solved;
@@ -34,13 +36,13 @@ ImpactColumns::ImpactColumns(const Motion& motion) {
 std::vector<double> samples(const Motion& motion, const double* times, std::size_t count) {
     const std::size_t size = motion.nq() + motion.nv();
     std::vector<double> found(count * size);
-    for (std::size_t i = 0; i < count; ++i) motion.sample(times[i], found.data() + i * size);
+    for (std::size_t i = 0; i < count; ++i) sample(motion, times[i], found.data() + i * size);
     return found;
 }
 
 std::vector<RestInterval> rests_of(const Motion& motion) {
     std::vector<RestInterval> found = motion.rests;
-    const std::vector<RestInterval> now = motion.resting();
+    const std::vector<RestInterval> now = rests_now(motion);
     found.insert(found.end(), now.begin(), now.end());
     return found;
 }

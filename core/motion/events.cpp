@@ -4,10 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "contact/tolerances.hpp"
 #include "integrator/zero.hpp"
-#include "linalg/dense.hpp"
-#include "motion/motion.hpp"
 
 namespace impulsekit {
 namespace {
@@ -113,34 +110,22 @@ bool stays_open(const GapState* nodes, double span) {
     return nodes[0].gap > kFaster * bound * span;
 }
 
-}  // namespace
-
-// A gap at the tree's state, from what counts as closed; of passing contacts how deep they are.
-GapState Motion::gap_here(int i, Ahead* ahead) {
-    if (ahead) ahead->base = base_[i];
-    GapState found = dynamics_.contact_gaps.measure(dynamics_.tree, gap(i), here_.data(),
-                                                    here_.data() + nq(), ahead);
-    found.gap -= base_[i];
-    if (passing_[i]) found.gap = -found.gap, found.rate = -found.rate, found.free = 0.0;
-    return found;
-}
-
 // A function that is followed at the tree's state.
-GapState Motion::followed(const EventFunction& f, Ahead* ahead) {
-    if (f.kind == EventFunction::gap_closes) return gap_here(f.index, ahead);
+GapState value_of(Motion& motion, const EventFunction& f, Ahead* ahead = nullptr) {
+    if (f.kind == EventFunction::gap_closes) return gap_here(motion, f.index, ahead);
     GapState found;
-    std::tie(found.gap, found.rate) =
-        dynamics_.kinks.zone(f.index, dynamics_.tree, here_.data(), here_.data() + nq());
+    std::tie(found.gap, found.rate) = motion.dynamics.kinks.zone(
+        f.index, motion.dynamics.tree, motion.here.data(), motion.here.data() + motion.nq());
     found.bound = std::abs(found.rate);
     return found;
 }
 
 // When a function falls to zero, followed from its values at the start, the middle and the end.
-double Motion::first_zero_of(const EventFunction& f, const Step& step, const GapState* nodes,
-                             double until, double& unsure) {
+double first_zero_of(Motion& motion, const EventFunction& f, const Step& step,
+                     const GapState* nodes, double until, double& unsure) {
     const double span = step.end - step.start;
     if (stays_open(nodes, span)) return INFINITY;
-    const ContactGaps& gaps = dynamics_.contact_gaps;
+    const ContactGaps& gaps = motion.dynamics.contact_gaps;
     const bool smooth = f.kind == EventFunction::force_enters || !gaps.gaps()[f.index].of_bodies();
     Ahead ahead{0.0, 0.0};
     for (int i = 0; i < 2 && !smooth; ++i)
@@ -148,26 +133,28 @@ double Motion::first_zero_of(const EventFunction& f, const Step& step, const Gap
             ahead.acceleration, bound_of_acceleration(nodes[i].motion, nodes[i + 1].motion,
                                                       gaps.gaps()[f.index].reach, 0.5 * span));
     const auto measure = [&](double at) {
-        set_state(step, at);
-        return followed(f, &ahead);
+        set_state(motion, step, at);
+        return value_of(motion, f, &ahead);
     };
     return first_zero(step, until, smooth, nodes, smooth ? nodes[0] : measure(step.start), measure,
                       unsure);
 }
 
 // All that may happen in a step from here.
-std::vector<EventFunction> Motion::event_functions() const {
+std::vector<EventFunction> event_functions(const Motion& motion) {
+    const Dynamics& dynamics = motion.dynamics;
+    const MotionState& now = motion.now;
     std::vector<EventFunction> found;
     const auto add = [&](EventFunction::Kind kind, std::size_t index) {
         found.push_back({kind, static_cast<int>(index)});
     };
-    for (int i = 0; i < gap_count(); ++i) {
+    for (int i = 0; i < motion.gap_count(); ++i) {
         if (!now.rest.rests_on(i))
             add(EventFunction::gap_closes, i);
-        else if (gap(i).of_bodies())
+        else if (motion.gap(i).of_bodies())
             add(EventFunction::touches_elsewhere, i);
     }
-    for (int k = 0; k < dynamics_.kinks.count(); ++k) {
+    for (int k = 0; k < dynamics.kinks.count(); ++k) {
         add(EventFunction::force_enters, k);
         add(EventFunction::force_bends, k);
     }
@@ -175,13 +162,13 @@ std::vector<EventFunction> Motion::event_functions() const {
         add(now.rest.dry[j] == 0 ? EventFunction::joint_starts : EventFunction::joint_stops, j);
     for (std::size_t i = 0; i < now.rest.points.size(); ++i) {
         const RestingContact& point = now.rest.points[i];
-        const int entry = gap(point.gap).entry;
-        const bool turns = gap(point.gap).turns;
-        if (pull_on(entry) > 0.0 || (dynamics_.has_drop(entry) && !point.slip.moves))
+        const int entry = motion.gap(point.gap).entry;
+        const bool turns = motion.gap(point.gap).turns;
+        if (pull_on(motion, entry) > 0.0 || (dynamics.has_drop(entry) && !point.slip.moves))
             add(EventFunction::point_tears, i);
         if (point.slip.moves) add(EventFunction::slip_stops, i);
-        if (dynamics_.has_opened || !point.pressed) add(EventFunction::point_lifts, i);
-        if (gap(point.gap).of_bodies()) add(EventFunction::point_leaves, i);
+        if (dynamics.has_opened || !point.pressed) add(EventFunction::point_lifts, i);
+        if (motion.gap(point.gap).of_bodies()) add(EventFunction::point_leaves, i);
         if (turns && point.roll.moves) add(EventFunction::roll_stops, i);
         if (turns && point.spin.moves) add(EventFunction::spin_stops, i);
     }
@@ -189,18 +176,20 @@ std::vector<EventFunction> Motion::event_functions() const {
 }
 
 // The value of a function at the tree's state; `u`: velocity of its point.
-double Motion::margin(const EventFunction& f, const Spatial<double>& u) {
-    const double *q = here_.data(), *v = q + nq(), torn = tolerance::torn * dynamics_.size;
-    const RestingContact* point = f.is_of_point() ? &now.rest.points[f.index] : nullptr;
+double margin(Motion& motion, const EventFunction& f, const Spatial<double>& u) {
+    Dynamics& dynamics = motion.dynamics;
+    const double *q = motion.here.data(), *v = q + motion.nq(),
+                 torn = tolerance::torn * dynamics.size;
+    const RestingContact* point = f.is_of_point() ? &motion.now.rest.points[f.index] : nullptr;
     switch (f.kind) {
         case EventFunction::force_bends:
-            return dynamics_.kinks.margin(f.index, dynamics_.tree, q, v);
+            return dynamics.kinks.margin(f.index, dynamics.tree, q, v);
         case EventFunction::touches_elsewhere:
-            return gap_here(f.index).gap + kWaver;
+            return gap_here(motion, f.index).gap + kWaver;
         case EventFunction::joint_stops:
-            return now.rest.dry[f.index] * v[scene_->dry[f.index].v];
+            return motion.now.rest.dry[f.index] * v[motion.scene->dry[f.index].v];
         case EventFunction::joint_starts:
-            return torn - std::abs(dynamics_.dry_rate[f.index]);
+            return torn - std::abs(dynamics.dry_rate[f.index]);
         case EventFunction::slip_stops:
             return point->slip.along(u.linear.x, u.linear.y);
         case EventFunction::roll_stops:
@@ -211,15 +200,15 @@ double Motion::margin(const EventFunction& f, const Spatial<double>& u) {
             return kLifted - u.linear.z;
         case EventFunction::point_leaves: {
             double inside = INFINITY;
-            dynamics_.contact_gaps.gap_of(dynamics_.tree, *point, q, &inside);
+            dynamics.contact_gaps.gap_of(dynamics.tree, *point, q, &inside);
             return inside + kLeft;
         }
         case EventFunction::point_tears: {
-            const double* rate = dynamics_.rate.data() + 3 * f.index;
-            const int entry = gap(point->gap).entry;
-            const bool drops = dynamics_.has_drop(entry) && !point->slip.moves;
+            const double* rate = dynamics.rate.data() + 3 * f.index;
+            const int entry = motion.gap(point->gap).entry;
+            const bool drops = dynamics.has_drop(entry) && !point->slip.moves;
             return std::min(drops ? torn - std::hypot(rate[0], rate[1]) : 1.0,
-                            pull_on(entry) > 0.0 ? kParted * dynamics_.size - rate[2] : 1.0);
+                            pull_on(motion, entry) > 0.0 ? kParted * dynamics.size - rate[2] : 1.0);
         }
         default:
             return INFINITY;
@@ -227,47 +216,48 @@ double Motion::margin(const EventFunction& f, const Spatial<double>& u) {
 }
 
 // The values of several at a time of a step; what needs accelerations is not seen without them.
-void Motion::margins(const std::vector<EventFunction>& functions, const Step& step, double at,
-                     std::vector<double>& found) {
-    set_state(step, at);
+void margins(Motion& motion, const std::vector<EventFunction>& functions, const Step& step,
+             double at, std::vector<double>& found) {
+    set_state(motion, step, at);
     bool has_rates = true;
     if (std::any_of(functions.begin(), functions.end(),
                     [](const EventFunction& f) { return f.needs_rates(); })) {
-        RestingState rest = now.rest;
-        std::vector<double> a(nv());
-        has_rates = dynamics_.accelerate(at, here_.data(), here_.data() + nq(), rest, a.data()) ==
-                    DynamicsFailure::none;
+        RestingState rest = motion.now.rest;
+        std::vector<double> a(motion.nv());
+        has_rates =
+            motion.dynamics.accelerate(at, motion.here.data(), motion.here.data() + motion.nq(),
+                                       rest, a.data()) == DynamicsFailure::none;
     }
     found.clear();
     int known = -1;
     Spatial<double> u;
     for (const EventFunction& f : functions) {
         if (f.is_of_point() && f.index != known) {
-            u = velocity_of(now.rest.points[f.index], here_.data());
+            u = velocity_of(motion, motion.now.rest.points[f.index], motion.here.data());
             known = f.index;
         }
-        found.push_back(f.needs_rates() && !has_rates ? INFINITY : margin(f, u));
+        found.push_back(f.needs_rates() && !has_rates ? INFINITY : margin(motion, f, u));
     }
 }
 
 // The first of several functions that falls to zero between so many looks before `until`.
-Event Motion::first_change(const std::vector<EventFunction>& functions, int looks, const Step& step,
-                           double until) {
+Event first_change(Motion& motion, const std::vector<EventFunction>& functions, int looks,
+                   const Step& step, double until) {
     Event first{{}, INFINITY};
     if (functions.empty()) return first;
     std::vector<double> before, after, trial;
     double left = step.start;
-    margins(functions, step, left, before);
+    margins(motion, functions, step, left, before);
     for (int i = 1; i <= looks && first.t == INFINITY; ++i) {
         const double right = step.start + i * (until - step.start) / looks;
-        margins(functions, step, right, after);
+        margins(motion, functions, step, right, after);
         for (std::size_t k = 0; k < after.size(); ++k) {
             if (!(after[k] < 0.0) || std::isinf(before[k])) continue;
             double at = INFINITY;
             if (before[k] > 0.0)
                 at = zero_between(left, before[k], std::min(right, first.t), after[k],
                                   [&](double x) {
-                                      margins({functions[k]}, step, x, trial);
+                                      margins(motion, {functions[k]}, step, x, trial);
                                       return trial[0];
                                   });
             else if (i == 1 && after[k] < before[k])
@@ -281,111 +271,67 @@ Event Motion::first_change(const std::vector<EventFunction>& functions, int look
 }
 
 // True if bodies that rest surely touch nowhere else within a step.
-bool Motion::stays_free(int gap, const Step& step) {
-    const Contact& contact = scene_->scene.contacts[this->gap(gap).entry];
-    const CornersOnFace corners(contact, gap, now.rest.points);
+bool stays_free(Motion& motion, int gap, const Step& step) {
+    const Contact& contact = motion.scene->scene.contacts[motion.gap(gap).entry];
+    const CornersOnFace corners(contact, gap, motion.now.rest.points);
     if (corners.side < 0) return false;
     const double half = 0.5 * (step.end - step.start);
     RelativeMotion last;
     double acceleration = 0.0;
     for (int i = 2; i >= 0; --i) {
-        set_state(step, step.start + i * half);
+        set_state(motion, step, step.start + i * half);
         const RelativeMotion own =
-            relative_motion(dynamics_.tree, corners.body(contact), corners.ground(contact));
+            relative_motion(motion.dynamics.tree, corners.body(contact), corners.ground(contact));
         if (i < 2)
             acceleration =
                 std::max(acceleration, bound_of_acceleration(own, last, corners.reach, half));
         last = own;
     }
-    return corners.free_time(contact, dynamics_.tree, last, acceleration) > 2.0 * half;
+    return corners.free_time(contact, motion.dynamics.tree, last, acceleration) > 2.0 * half;
 }
 
-Event Motion::first_event(const Step& step) {
+}  // namespace
+
+GapState gap_here(Motion& motion, int i, Ahead* ahead) {
+    if (ahead) ahead->base = motion.memory[i].base;
+    GapState found = motion.dynamics.contact_gaps.measure(motion.dynamics.tree, motion.gap(i),
+                                                          motion.here.data(),
+                                                          motion.here.data() + motion.nq(), ahead);
+    found.gap -= motion.memory[i].base;
+    if (motion.memory[i].passes) found.gap = -found.gap, found.rate = -found.rate, found.free = 0.0;
+    return found;
+}
+
+Event first_event(Motion& motion, const Step& step) {
     Event event{{}, step.end};
     std::vector<EventFunction> followed, elsewhere, changes;
-    for (const EventFunction& f : event_functions())
+    for (const EventFunction& f : event_functions(motion))
         (f.is_followed()                              ? followed
          : f.kind == EventFunction::touches_elsewhere ? elsewhere
                                                       : changes)
             .push_back(f);
     std::vector<GapState> nodes(3 * followed.size());
     for (int i = 0; i < 3 && !followed.empty(); ++i) {
-        set_state(step, step.start + 0.5 * i * (step.end - step.start));
+        set_state(motion, step, step.start + 0.5 * i * (step.end - step.start));
         for (std::size_t k = 0; k < followed.size(); ++k)
-            nodes[3 * k + i] = this->followed(followed[k]);
+            nodes[3 * k + i] = value_of(motion, followed[k]);
     }
-    const auto surely_not = [&](const EventFunction& f) { return stays_free(f.index, step); };
+    const auto surely_not = [&](const EventFunction& f) {
+        return stays_free(motion, f.index, step);
+    };
     elsewhere.erase(std::remove_if(elsewhere.begin(), elsewhere.end(), surely_not),
                     elsewhere.end());
     for (std::size_t k = 0; k < followed.size(); ++k) {
         double unsure = INFINITY;
-        const double at = first_zero_of(followed[k], step, &nodes[3 * k], event.t, unsure);
+        const double at = first_zero_of(motion, followed[k], step, &nodes[3 * k], event.t, unsure);
         if (unsure < event.t) event = {{EventFunction::unsure, -1}, unsure};
         if (at < event.t || (at == event.t && event.what.kind == EventFunction::none))
             event = {followed[k], at};
     }
-    const Event touch = first_change(elsewhere, kLooksElsewhere, step, event.t);
+    const Event touch = first_change(motion, elsewhere, kLooksElsewhere, step, event.t);
     if (touch.t < event.t) event = touch;
-    const Event change = first_change(changes, kLooks, step, event.t);
+    const Event change = first_change(motion, changes, kLooks, step, event.t);
     return change.t < event.t ? change : event;
-}
-
-// Slip that has stopped at y keeps still, unless the law of rest lets it go.
-void Motion::stop_slips() {
-    const double *v = now.v(), none = tolerance::residual * std::max(1.0, fastest());
-    const auto stop = [&](SlipState& slip_state, double a, double b) {
-        if (!slip_state.moves || slip_state.begins()) return;
-        // Slip that has turned away goes on.
-        if (!(slip_state.along(a, b) > none))
-            slip_state = SlipState::of(a, b, std::max(none, dynamics_.slow));
-    };
-    for (RestingContact& point : now.rest.points) {
-        const Spatial<double> u = velocity_of(point, now.q());
-        stop(point.slip, u.linear.x, u.linear.y);
-        if (!gap(point.gap).turns) continue;
-        stop(point.roll, u.angular.x, u.angular.y);
-        stop(point.spin, u.angular.z, 0.0);
-    }
-    for (std::size_t j = 0; j < now.rest.dry.size(); ++j)
-        if (now.rest.dry[j] * v[scene_->dry[j].v] <= none) now.rest.dry[j] = 0;
-}
-
-// The gaps that close now together with one; passing contacts begin or end.
-std::vector<int> Motion::gaps_that_close(int gap) {
-    std::vector<int> closing;
-    for (int i = 0; i < gap_count(); ++i) {
-        if (now.rest.rests_on(i)) continue;
-        const GapState found = gap_now(i);
-        const double sign = passing_[i] ? -1.0 : 1.0, rate = sign * found.rate;
-        const bool closes =
-            rate < 0.0 && sign * (found.gap - base_[i]) <= -rate * settings_.together;
-        if (i != gap && !closes) continue;
-        if (!passing_[i] && counts_now(i)) {
-            closing.push_back(i);
-            continue;
-        }
-        passing_[i] = !passing_[i];
-        base_[i] = 0.0;
-    }
-    return closing;
-}
-
-// Deal with the event that ends a step at y; false where the motion cannot go on.
-bool Motion::handle(const Event& event) {
-    set_state();
-    const EventFunction& what = event.what;
-    if (what.kind == EventFunction::touches_elsewhere) return close_gaps({what.index});
-    if (what.kind == EventFunction::gap_closes) {
-        const std::vector<int> closing = gaps_that_close(what.index);
-        if (!closing.empty()) return close_gaps(closing);
-        restart();
-        return ended == Ended::not_yet;
-    }
-    if (what.kind != EventFunction::unsure) {
-        dynamics_.kinks.change(dynamics_.tree, now.q(), now.v());
-        stop_slips();
-    }
-    return update_rest();
 }
 
 }  // namespace impulsekit

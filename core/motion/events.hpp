@@ -1,6 +1,8 @@
 // Events that end a step of a motion.
 #pragma once
 
+#include "motion/motion.hpp"
+
 namespace impulsekit {
 
 // Something that may happen within a step: a function of the state that is positive until then, and
@@ -38,5 +40,11 @@ struct Event {
     EventFunction what;
     double t = 0.0;
 };
+
+// A gap at the tree's state, from what counts as closed; of passing contacts how deep they are.
+GapState gap_here(Motion& motion, int i, Ahead* ahead = nullptr);
+
+// The first event in a step; none where nothing happens.
+Event first_event(Motion& motion, const Step& step);
 
 }  // namespace impulsekit

@@ -1,4 +1,5 @@
-// A motion: steps cut at what happens within them, impacts, and what rests between.
+// A motion on its way as plain data, and what can be said of it now; the functions that move it on
+// stand in files of their own, from start.hpp and advance.hpp on.
 #pragma once
 
 #include <cmath>
@@ -11,7 +12,6 @@
 #include "impact/scene_impact.hpp"
 #include "integrator/stepper.hpp"
 #include "motion/dynamics.hpp"
-#include "motion/events.hpp"
 #include "motion/tolerances.hpp"
 
 namespace impulsekit {
@@ -59,154 +59,122 @@ struct Piece {
     int resting_state = 0;
 };
 
-class Motion {
-  public:
+// What is remembered of a gap.
+struct GapMemory {
+    double base = 0.0;    // it counts from here: where it is closed, or overlaps by rounding [m]
+    bool passes = false;  // a contact that does not count is within
+    int soft = 0;         // impacts below the capture speed in quick succession
+    double last_soft = -1.0;  // [s]
+};
+
+// Forces at the end of the last step, which was evaluated before others within it.
+struct StepEnd {
+    RestForces forces;
+    std::vector<char> pressed;  // by resting point
+    bool is_next = false;       // whether the next rate is that of the end of a step
+};
+
+// Forces that jump at a stop have their values on this side of it [s].
+struct Stretch {
+    double from = -INFINITY, to = INFINITY;
+};
+
+// A stop of slip that is foreseen.
+struct SlipStop {
+    double until = 0.0;          // time to it at the last step [s]
+    double length_before = 0.0;  // of steps before it was foreseen [s]
+};
+
+// How far a motion has come by so many steps.
+struct Progress {
+    double t = 0.0;  // at the last look [s]
+    int still = 0;   // looks without time between them
+    int steps = 0;   // at the last look for hopeless ones
+    double since = 0.0;
+    int counted = 0;  // before those that count
+};
+
+// A motion on its way: where it is, how it came here, and what its steps remember.
+struct Motion {
     Motion(std::shared_ptr<const MotionScene> scene, MotionSettings settings, const double* q,
            const double* v);
 
-    // The gaps that are closed at the start, and their values and rates.
-    std::vector<GapAt> gaps_closed_at_start();
-    // True if there is an impact at the start without known impulses: one of these gaps closes, or
-    // a constraint prescribes another velocity than it has.
-    bool is_struck_at_start(const std::vector<int>& closed);
-    // The motion begins with this velocity, after what strikes at the start.
-    void begin(const double* v, const std::vector<int>& contact_gaps);
-    // Steps count anew.
-    void go_on() { counted_ = stepper_.steps; }
-    // One step, and what happens in it, but not past a time; false where the motion has ended.
-    bool advance(double until);
-    // Back to a time of the path: what came later has not been.
-    void rewind(double at);
-    // Torques (nv) from outside, from now on.
-    void control(const double* torques);
-
+    std::shared_ptr<const MotionScene> scene;
+    MotionSettings settings;
     MotionState now;
+    bool begun = false;
+
+    // The way up to now.
     std::vector<Piece> path;
     std::vector<RestingState> resting_states;
     std::vector<std::shared_ptr<const MotionImpact>> impacts;
     std::vector<RestInterval> rests;
     Ended ended = Ended::not_yet;
-    bool begun = false;
     std::string detail;
+    DynamicsFailure failure = DynamicsFailure::none;  // of the last evaluation that failed
 
-    int nq() const { return scene_->scene.model->nq; }
-    int nv() const { return scene_->scene.model->nv; }
-    int steps() const { return stepper_.steps; }
-    Dynamics& dynamics() { return dynamics_; }
-    const Dynamics& dynamics() const { return dynamics_; }
-    const MotionScene& scene() const { return *scene_; }
-    // q and v (normalized) at a time of the path.
-    void state(double at, double* q, double* v) const;
-    // y (nq + nv) at a time of the path, as its steps have it: q off unit length by rounding.
-    void sample(double at, double* found) const;
-    // The resting state then.
-    const RestingState& resting_state_at(double at) const;
-    // Forget steps of the path that end before a time.
-    void forget(double before);
-    // The contacts that rest now, and since when.
-    std::vector<RestInterval> resting() const;
+    Dynamics dynamics;
+    Stepper stepper;
+    std::vector<GapMemory> memory;  // by gap
+    StepEnd last_end;
+    Stretch stretch;
+    SlipStop stop;
+    Progress progress;
+    double slow = kNoSlip;        // slip below it is none after an impact [m/s]
+    double smooth_since = 0.0;    // nothing has happened from then on [s]
+    double micro_bounce = 0.0;    // how soon what was struck comes down again [s]; 0 for never
+    std::vector<double> largest;  // of the numbers that functions of time and state gave so far
+    std::vector<double> here;     // (nq + nv) the state within a step that is looked at
 
-  private:
-    std::size_t piece_at(double at) const;
-    bool rate(double at, const double* y, double* rate, bool is_known = false);
-    void recall_end();
-    bool set_state(const Step& step, double at);
-    Spatial<double> velocity_of(const RestingContact& point, const double* state) const;
-    const Gap& gap(int i) const { return dynamics_.contact_gaps.gaps()[i]; }
-    int gap_count() const { return static_cast<int>(dynamics_.contact_gaps.gaps().size()); }
-    GapState gap_now(int i) const;
-    bool counts_now(int i) const;
-    double fastest() const;
-    void set_state();
-    void keep(const Step& step);
-    void restart();
-    void begin_stretch();
-    bool pass_change_point(double until);
-    Step extrapolation(double start, double length) const;
-    double error_behind(const Step& jump);
-    void check_progress();
-    void refuse_hopeless(int made);
-    double longest_step(double until) const;
-    double until_stopping() const;
-    void foresee_stop();
-    void forget_stop();
-    bool fail();
-    void forces_at(const Step& step, double at, std::vector<double>& found);
-    double shorter_step(const Step& step);
-
-    // Events.
-    Event first_event(const Step& step);
-    double sharpened(const Step& step, int gap);
-    bool stays_free(int gap, const Step& step);
-    GapState gap_here(int gap, Ahead* ahead = nullptr);
-    GapState followed(const EventFunction& f, Ahead* ahead = nullptr);
-    double first_zero_of(const EventFunction& f, const Step& step, const GapState* nodes,
-                         double until, double& unsure);
-    std::vector<EventFunction> event_functions() const;
-    double margin(const EventFunction& f, const Spatial<double>& u);
-    void margins(const std::vector<EventFunction>& functions, const Step& step, double at,
-                 std::vector<double>& found);
-    Event first_change(const std::vector<EventFunction>& functions, int looks, const Step& step,
-                       double until);
-    bool handle(const Event& event);
-    void stop_slips();
-    std::vector<int> gaps_that_close(int gap);
-
-    // Impacts.
-    bool is_driven_off();
-    bool close_gaps(const std::vector<int>& closing);
-    bool apply_impact(std::vector<RestingContact> points, double approach, double capture);
-    bool impact_without_collision();
-    bool has_impacts_left();
-    bool press_in(const std::vector<RestingContact>& points, const std::vector<double>& J,
-                  double fastest, double sums);
-    void count_soft_impact(int gap, bool soft);
-    bool chatters(int gap) const;
-    Vec acceleration_of(const RestingContact& point, const double* a) const;
-    std::vector<double> rows_of(const std::vector<RestingContact>& points);
-    SceneImpact solve(const std::vector<RestingContact>& points, const std::vector<double>& v,
-                      bool soft) const;
-    bool go_on_after(SceneImpact impact, bool soft, bool is_kept);
-    std::vector<RestingContact> points_of_gaps(const std::vector<int>& gaps);
-
-    // Rest.
-    bool find_resting_contacts(const std::vector<RestingContact>& candidates, bool lay,
-                               double no_slip);
-    std::vector<RestingContact> micro_bounces(const std::vector<RestingContact>& parted);
-    bool find_slip_states(double no_slip);
-    bool update_rest(bool is_known = false, bool has_moved = true);
-    bool correct_drift(bool all_normals);
-    bool correct_places(bool all_normals, std::vector<double>& J);
-    bool correct_velocities(bool all_normals, const std::vector<double>& J);
-    bool update_slip_states();
-    void release_contacts();
-    void rebase();
-    void end_rests(const std::vector<RestInterval>& before);
-    void retain_contacts(std::vector<RestingContact> stays);
-    bool release_unloaded();
-    double pull_on(int entry) const;
-
-    std::shared_ptr<const MotionScene> scene_;
-    MotionSettings settings_;
-    Dynamics dynamics_;
-    Stepper stepper_;
-    DynamicsFailure failure_ = DynamicsFailure::none;
-    std::vector<double> here_, base_, largest_force_;
-    RestForces at_end_;  // of the last step
-    std::vector<char> pressed_at_end_;
-    bool ends_ = false;  // whether the next rate is that of the end of a step
-    // Forces that jump at a stop have their values on this side of it [s].
-    double from_ = -INFINITY, to_ = INFINITY;
-    std::vector<char> passing_;
-    std::vector<std::pair<int, double>> soft_;  // by gap
-    double slow_ = kNoSlip;                     // slip below it is none after an impact [m/s]
-    double stopping_ = 0.0;                     // time to a stop of slip at the last step [s]
-    double smooth_next_ = 0.0;                  // length of steps before one was foreseen [s]
-    double smooth_since_ = 0.0;                 // nothing has happened from then on [s]
-    double micro_bounce_ = 0.0;  // how soon what was struck comes down again [s]; 0 for never
-    double still_since_ = 0.0;
-    int still_ = 0, checked_steps_ = 0, counted_ = 0;
-    double checked_t_ = 0.0;
+    int nq() const { return scene->scene.model->nq; }
+    int nv() const { return scene->scene.model->nv; }
+    const Gap& gap(int i) const { return dynamics.contact_gaps.gaps()[i]; }
+    int gap_count() const { return static_cast<int>(dynamics.contact_gaps.gaps().size()); }
 };
+
+// ẏ of y = (q, v). `is_known`: loads other than torques from outside are those of the last
+// evaluation, if that was here.
+bool find_rate(Motion& motion, double at, const double* from, double* to, bool is_known = false);
+
+// Places and twists of a step at a time, whose state is `here`.
+void set_state(Motion& motion, const Step& step, double at);
+
+// The velocity of a resting point at a state (nq + nv), which the tree has.
+Spatial<double> velocity_of(const Motion& motion, const RestingContact& point, const double* state);
+
+// The largest velocity [m/s, rad/s].
+double fastest(const Motion& motion);
+
+// A gap now, and whether it counts; the tree with places and twists.
+GapState gap_now(const Motion& motion, int i);
+
+bool counts_now(const Motion& motion, int i);
+
+// Places and twists of now.
+void set_state(Motion& motion);
+
+// True if impacts of a gap below the capture speed follow each other in quick succession.
+bool chatters(const Motion& motion, int gap);
+
+// The force that holds a contact to what it touches [N].
+double pull_on(const Motion& motion, int entry);
+
+// The rate at y, after anything has changed.
+void restart(Motion& motion);
+
+// The motion ends here, with the reason why it cannot go on.
+bool fail(Motion& motion);
+
+// The contacts that rest now, and since when.
+std::vector<RestInterval> rests_now(const Motion& motion);
+
+// Gaps that are closed, or overlap by rounding, count as zero.
+void rebase(Motion& motion);
+
+// (3 (points + turning), nv) rows of points at the tree's state, then of the turning of some.
+std::vector<double> rows_of(Motion& motion, const std::vector<RestingContact>& points);
+
+// The acceleration of a point in its axes, of a; the tree with rates at no joint acceleration.
+Vec acceleration_of(const Motion& motion, const RestingContact& point, const double* a);
 
 }  // namespace impulsekit
