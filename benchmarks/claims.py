@@ -128,6 +128,7 @@ TABLE: tuple[_Row, ...] = (
     OfJob(
         "contacts", "one compliant contact: solve / along the path", jobs.compliant_contacts, 2.0
     ),
+    OfJob("contacts", "four feet: new Scene and first solve", jobs.first_solve, 150.0, "µs"),
     *(
         OfJob("beside bare calls", f"{label}: solve / calls by hand", times, bound)
         for label, times, bound in jobs.BESIDE_BARE

@@ -154,6 +154,18 @@ def _above_ground(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return q, 0.2 * v - np.eye(robot.nv)[2]
 
 
+def first_solve() -> list[float]:
+    """Processor time of a new ``Scene`` of Solo12 on four feet and its first solve [µs]."""
+    solo = Robot.from_example("solo12", root="freeflyer")
+    q, v = solo.neutral(), -np.eye(solo.nv)[2]
+    q[2] -= solo.placement(q, FEET[0]).position[2]
+
+    def made() -> object:
+        return solve(Scene(solo, contacts=[Contact(foot, friction=0.6) for foot in FEET]), q, v).dv
+
+    return _taken(made, 200, 200)
+
+
 def batch_of(feet: int, law: Law) -> Times:
     """Solo12 on some feet under a law: a batch against one state after the other."""
     solo = Robot.from_example("solo12", root="freeflyer")

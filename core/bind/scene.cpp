@@ -192,6 +192,20 @@ void bind_state_rows(nb::module_& module) {
                &StateRows::without_ellipse);
 }
 
+// A point in the axes of a joint, and the axes of its frame there in Pinocchio's order.
+Site made_site(int body, int frame, const Array& point,
+               const nb::ndarray<const double, nb::f_contig>& axes) {
+    Site site;
+    site.body = body;
+    site.frame = frame;
+    const double* at = data_of(point, 3, "point");
+    std::copy(at, at + 3, site.point);
+    if (axes.ndim() != 2 || axes.shape(0) != 3 || axes.shape(1) != 3)
+        throw nb::value_error("axes: must be (3, 3)");
+    for (int i = 0; i < 9; ++i) site.axes[i] = axes.data()[i % 3 * 3 + i / 3];
+    return site;
+}
+
 void bind_parts(nb::module_& module) {
     bind_enum<Carrier>(module, "Carrier", "world", Carrier::world, "first", Carrier::first, "other",
                        Carrier::other, "line", Carrier::line);
@@ -204,7 +218,9 @@ void bind_parts(nb::module_& module) {
                              Contact::ball, "shapes", Contact::shapes);
     Record<Site>(module, "Site", "A point of a frame and the frame's axes, in those of a joint.")
         .fields("body", &Site::body, "frame", &Site::frame, "point", &Site::point, "axes",
-                &Site::axes);
+                &Site::axes)
+        .def_static("of", &made_site, nb::arg("body"), nb::arg("frame"), nb::arg("point"),
+                    nb::arg("axes"));
     Record<Pair>(module, "Pair", "Two frames, and the axes of rows between them.")
         .fields("first", &Pair::first, "other", &Pair::other, "coincides", &Pair::coincides,
                 "carrier", &Pair::carrier, "axes", &Pair::axes);

@@ -19,6 +19,7 @@ from ..errors.calls import public
 from ..formatting import OneLine
 from ..robot import state
 from ..robot.arrays import read_only
+from ..robot.base import RobotFrame
 from ..robot.masses import crba_of, symmetric
 from ..rows.entries import FramePair, FunctionRows, JointRows, Site, rows_of_entry
 from ..scene import AppliedImpulse, JointStop, Scene
@@ -279,7 +280,7 @@ def _touching_rows(
         elif points.of_bodies[i]:
             joints, frames = flat.ends[number]
             sites = (
-                Site(joint, frame, pin.SE3.Identity())
+                Site(RobotFrame.of(frame, joint, pin.SE3.Identity()))
                 for joint, frame in zip(joints, frames, strict=True)
             )
             six = [_site_jacobian(model, data, site, places[i]) for site in sites]

@@ -36,24 +36,35 @@ def doubts_of(impact: Answer) -> tuple[str, ...]:
     scene = impact.scene
     found = outside_limits(scene.robot, impact.q) + likely_wxyz(scene.robot, impact.q)
     found += _nothing_to_hit(scene, moves=True)
-    gaps: tuple[ContactGap, ...] = ()
+    touching: set[int] = set()
+    off: set[int] = set()
+    if scene.contacts:
+        rows = impact.rows
+        touching.update(rows.entries)
+        gaps = zip(rows.entries, rows.gaps.tolist(), strict=True)
+        off.update(i for i, gap in gaps if abs(gap) > scene.gap_bound)
     grounds = any(part.changes.grounds for part in scene.robot.parts)
-    if scene.contacts or scene.constraints or grounds:
-        from .gaps import anchor_openings, contact_gaps, contacts_close_by
-
-        posture = Posture(scene.robot, impact.q, impact.v_before)
-        close = contacts_close_by(scene, posture)
-        gaps = contact_gaps(scene, posture, close)
-        found += _of_contacts([scene.contacts[i] for i in close], scene, gaps)
-        for opening in anchor_openings(scene, posture):
-            if opening.gap > scene.gap_bound:
-                found.append(f"{opening.name} is open by {opening.gap:.3g} m")
-        if scene.gap_bound < np.inf:
-            found += _under_grounds(scene, posture)
+    collides = any(isinstance(entry, Collision) for entry in scene.contacts)
+    if off or collides or scene.constraints or grounds:
+        found += _of_places(scene, Posture(scene.robot, impact.q, impact.v_before), off)
     found += _long_levers(scene)
-    found += _nothing_strikes(impact, any(item.touching for item in gaps))
+    found += _nothing_strikes(impact, touches=bool(touching))
     found += _next_to_no_inertia(impact)
     return tuple(found)
+
+
+def _of_places(scene: Scene, posture: Posture[Robot], off: set[int]) -> Iterator[str]:
+    """Contacts ``off`` by too much, bodies close by, open anchors, links under a ground."""
+    from .gaps import anchor_openings, bodies_close_by, contact_gaps
+
+    close = sorted(off.union(bodies_close_by(scene, posture)))
+    gaps = contact_gaps(scene, posture, close)
+    yield from _of_contacts([scene.contacts[i] for i in close], scene, gaps)
+    for opening in anchor_openings(scene, posture):
+        if opening.gap > scene.gap_bound:
+            yield f"{opening.name} is open by {opening.gap:.3g} m"
+    if scene.gap_bound < np.inf:
+        yield from _under_grounds(scene, posture)
 
 
 def doubts_of_state(scene: Scene, q: np.ndarray, *, moves: bool = False) -> tuple[str, ...]:
@@ -125,7 +136,7 @@ def _of_contacts(
             elif _is_floor(scene, entry):
                 yield f"{item.name}: {ends} under its floor"
             else:
-                fixed = scene.robot.model.frames[scene.robot.frame_id(entry.frame)].parentJoint == 0
+                fixed = scene.robot.frame(entry.frame).joint_id == 0
                 swapped = " (are frame and against swapped?)" if fixed else ""
                 yield f'{item.name}: {ends} inside the plane of "{entry.against}"{swapped}'
         elif isinstance(entry, Collision):
@@ -148,9 +159,9 @@ def _up(scene: Scene) -> np.ndarray:
 
 def _is_floor(scene: Scene, entry: Contact) -> bool:
     """Return True if a contact's plane is fixed in the world and faces upwards."""
-    frame = scene.robot.model.frames[scene.robot.frame_id(entry.against)]
-    normal = frame.placement.rotation @ np.array(entry.normal)
-    return frame.parentJoint == 0 and float(normal @ _up(scene)) > UPWARDS
+    frame = scene.robot.frame(entry.against)
+    normal = frame.rotation @ np.array(entry.normal)
+    return frame.joint_id == 0 and float(normal @ _up(scene)) > UPWARDS
 
 
 def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
@@ -179,7 +190,7 @@ def _under_grounds(scene: Scene, posture: Posture[Robot]) -> Iterator[str]:
 def _next_to_no_inertia(impact: Answer) -> Iterator[str]:
     """Joints that move, though almost no inertia resists them at this configuration."""
     model = impact.scene.robot.model
-    if not np.isfinite(impact.dv).all() or impact.scene.robot.is_always_regular:
+    if impact.scene.robot.is_always_regular or not np.isfinite(impact.dv).all():
         return
     shares = shares_of_inertia(impact.mechanics.mass_matrix, impact.mechanics.constraint_matrix)
     moved = np.abs(impact.dv) > UNCHANGED * np.abs(impact.dv).max(initial=0.0)
@@ -199,7 +210,8 @@ def _nothing_strikes(impact: Answer, touches: bool) -> list[str]:
     """Why no velocity changes, where none does."""
     scene = impact.scene
     size = float(np.abs(impact.v_before).max(initial=0.0))
-    if not np.isfinite(impact.dv).all() or np.abs(impact.dv).max(initial=0.0) > UNCHANGED * size:
+    # What is not finite is no small change, either.
+    if not np.abs(impact.dv).max(initial=0.0) <= UNCHANGED * size:
         return []
     if not (scene.impulses or scene.constraints or scene.contacts):
         return ["nothing strikes: the scene has no impulses, constraints or contacts"]

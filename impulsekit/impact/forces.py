@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
+from ..robot.base import RobotFrame
 from ..rows.entries import FramePair, PlacementOf, Site, frame_pair, rows_of_entry
 from ..scene import AppliedImpulse
 
@@ -65,7 +66,7 @@ def body_impulses(impact: TouchedAnswer) -> Iterator[BodyImpulse]:
         name, ids = scene.entry_names("contacts")[touch.entry], (touch.joint_ids, touch.frame_ids)
         for sign, joint_id, frame_id in zip((1.0, -1.0), *ids, strict=True):
             own = placement_of(joint_id).actInv(np.array(point.position))
-            site = Site(joint_id, frame_id, pin.SE3(np.eye(3), own))
+            site = Site(RobotFrame.of(frame_id, joint_id, pin.SE3(np.eye(3), own)))
             yield _at_point(placement_of, site, sign * wrench, "world", name)
 
 
@@ -78,8 +79,7 @@ def _on_both_ends(
     yield _at_point(placement_of, said.first, wrench, "world", name)
     other = said.other
     if said.coincides:
-        own = at_other.actInv(first.translation)
-        other = replace(other, placement=other.placement * pin.SE3(np.eye(3), own))
+        other = Site(other.frame, other.at + at_other.actInv(first.translation))
     yield _at_point(placement_of, other, -wrench, "world", name)
 
 

@@ -26,8 +26,8 @@ __all__ = [
     "AnchorOpening",
     "ContactGap",
     "anchor_openings",
+    "bodies_close_by",
     "contact_gaps",
-    "contacts_close_by",
     "nearest_contacts",
 ]
 
@@ -86,7 +86,8 @@ def contact_gaps(
 ) -> tuple[ContactGap, ...]:
     """The gaps of a scene's contacts in their order, or of those with the indices ``which``."""
     names = scene.entry_names("contacts")
-    if not names:
+    chosen = range(len(names)) if which is None else which
+    if not chosen:
         return ()
     flat, (q, v) = flat_of(scene), (posture.q, posture.v)
     touching = set(flat.rows(q, v).entries)
@@ -95,7 +96,7 @@ def contact_gaps(
     told = zip(found.gaps.tolist(), closing.tolist(), strict=True)
     by_entry = dict(zip(found.entries, told, strict=True))
     gaps = []
-    for i in range(len(names)) if which is None else which:
+    for i in chosen:
         entry = scene.contacts[i]
         if isinstance(entry, Collision):
             gaps.append(_between_bodies(posture, _pairs.of(scene), i, names[i]))
@@ -121,14 +122,14 @@ def anchor_openings(
     return tuple(AnchorOpening(names[i], _opening(posture, scene.held[i])) for i in chosen)
 
 
-def contacts_close_by(scene: Scene, posture: Posture[Robot]) -> list[int]:
-    """The indices of the contacts that touch, and of bodies with points close by."""
+def bodies_close_by(scene: Scene, posture: Posture[Robot]) -> list[int]:
+    """The indices of the collisions with points that touch or are close by."""
     pairs = _pairs.of(scene)
-    touched = set(flat_of(scene).rows(posture.q, posture.v).entries)
-    for i, bound in zip(pairs.bodies, pairs.bounds(posture).tolist(), strict=True):
-        if i not in touched and bound <= pairs.bodies[i].close and _Pair(posture, pairs, i).close:
-            touched.add(i)
-    return sorted(touched)
+    return [
+        i
+        for i, bound in zip(pairs.bodies, pairs.bounds(posture).tolist(), strict=True)
+        if bound <= pairs.bodies[i].close and _Pair(posture, pairs, i).close
+    ]
 
 
 def nearest_contacts(

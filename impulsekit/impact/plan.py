@@ -72,7 +72,7 @@ def _touched_joints(scene: Scene) -> set[int]:
     for entry in (*scene.impulses, *scene.held, *scene.contacts):
         if getattr(entry, "of_whole_robot", False):
             return set(range(1, robot.model.njoints))
-        touched |= {robot.model.frames[robot.frame_id(n)].parentJoint for n in entry.frame_names}
+        touched |= {robot.frame(name).joint_id for name in entry.frame_names}
         touched |= {robot.joint_id(name) for name in entry.joint_names}
         if isinstance(entry, Collision):
             from ..robot.geometry import geometry_ids

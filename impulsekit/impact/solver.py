@@ -92,12 +92,17 @@ class ImpactSolver:
 
 
 class _Workspace:
-    """All that a scene's solves share. It does not hold a user's scene, so that this can go.
+    """All that a scene's solves share.
 
     Args:
         scene: with velocities as they are at time 0.
         as_given: whether it is the user's; else it is what impacts are of.
+
+    Attributes:
+        is_new: whether nothing was solved yet.
     """
+
+    is_new = True
 
     def __init__(self, scene: Scene, *, as_given: bool) -> None:
         self._at_start = None if as_given else scene
@@ -212,14 +217,15 @@ def solve(scene: Scene, q: ArrayLike, v: ArrayLike, *, impulses: Any = None) -> 
         >>> impact.is_valid()
         True
     """
-    workspace = _workspaces.by_scene.get(id(scene))
-    if workspace is None:
+    check_kind(scene, Scene, "solve")
+    workspace = _workspaces.of(scene)
+    is_new, workspace.is_new = workspace.is_new, False
+    impact = workspace.solve(scene, q, v, impulses)
+    if is_new:
         from .doubts import doubts_of
 
-        impact = _workspaces.of(scene).solve(scene, q, v, impulses)
         warn_of_setup(doubts_of(impact))
-        return impact
-    return workspace.solve(scene, q, v, impulses)
+    return impact
 
 
 @public
@@ -257,7 +263,9 @@ def outcomes(
 
 def solve_without_warnings(scene: Scene, q: Any, v: Any) -> Impact:
     """The same for a state out of many: none of them warns."""
-    return _workspaces.of(scene).solve(scene, q, v)
+    workspace = _workspaces.of(scene)
+    workspace.is_new = False
+    return workspace.solve(scene, q, v)
 
 
 def _size_of_many(q: np.ndarray, v: np.ndarray) -> float:

@@ -56,7 +56,7 @@ class FlatMotion:
 
 def is_new(scene: Scene) -> bool:
     """Return whether a scene was not simulated yet."""
-    return id(scene) not in _motions.by_scene
+    return not _motions.has(scene)
 
 
 def flat_motion(scene: Scene) -> FlatMotion:

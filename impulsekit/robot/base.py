@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pinocchio as pin
 
 from ..errors import InputError, UnknownNameError
@@ -21,6 +22,29 @@ if TYPE_CHECKING:
 WORLD = "world"
 # What scenes call a moving link that its file calls "world", which is the fixed frame here.
 WORLD_LINK = "world_link"
+
+
+class RobotFrame(NamedTuple):
+    """A frame of a robot.
+
+    Attributes:
+        frame_id, joint_id: its number in the model, and that of the joint that carries it; 0 for
+            the world.
+        placement: in the joint.
+        rotation, origin: (3, 3), (3,) of the placement.
+    """
+
+    frame_id: int
+    joint_id: int
+    placement: pin.SE3
+    rotation: np.ndarray
+    origin: np.ndarray
+
+    @classmethod
+    def of(cls, frame_id: int, joint_id: int, placement: pin.SE3) -> RobotFrame:
+        """A frame at a placement, which is copied."""
+        own = pin.SE3(placement)
+        return cls(frame_id, joint_id, own, own.rotation, own.translation)
 
 
 class RobotBase(Displayed):
@@ -40,8 +64,10 @@ class RobotBase(Displayed):
                 "Robot.from_example an example, Robot.from_model a pin.Model"
             )
         self.name = name
-        # By index in ``collision_model``, corners and hulls of the meshes asked for so far; by
-        # name, what ``geometry_ids`` found; coal's readers of the meshes of ``visual_model``.
+        # By name, the frames asked for so far; by index in ``collision_model``, corners and hulls
+        # of the meshes; by name, what ``geometry_ids`` found; coal's readers of the meshes of
+        # ``visual_model``.
+        self._frames: dict[str, RobotFrame] = {}
         self._hulls: dict[int, Any] = {}
         self._geometry_ids: dict[str, tuple[tuple[int, ...], int]] = {}
         self._mesh_loaders: list[Any] = []
@@ -164,6 +190,27 @@ class RobotBase(Displayed):
             known = (WORLD, *self.frame_names)
             raise UnknownNameError.among("frame", str(name), known, where) from None
 
+    def frame(self, name: str, where: str = "") -> RobotFrame:
+        """Return a frame by name, as ``frame_id``: its numbers and its place in its joint.
+
+        Raises:
+            UnknownNameError: the robot has no such frame; ``where`` begins the sentence.
+
+        Example:
+            >>> from impulsekit import Robot
+            >>> hand = Robot.from_example("panda").frame("panda_hand")
+            >>> hand.joint_id, hand.origin.round(3).tolist()
+            (7, [0.0, 0.0, 0.107])
+        """
+        try:
+            return self._frames[name]
+        except (KeyError, TypeError):
+            frame_id = self.frame_id(name, where)
+        frame = self.model.frames[frame_id]
+        found = RobotFrame.of(frame_id, frame.parentJoint, frame.placement)
+        self._frames[name] = found
+        return found
+
     def joint_id(self, name: str, where: str = "") -> int:
         """Return the index of a moving joint by name.
 
@@ -178,6 +225,15 @@ class RobotBase(Displayed):
                 place = f"{where}: " if where else ""
                 raise InputError(f'{place}joint "{name}" is fixed, it has no motion') from None
             raise UnknownNameError.among("joint", str(name), self.joint_names, where) from None
+
+    @cached_property
+    def quaternions(self) -> tuple[tuple[str, int], ...]:
+        """The free-flyers and ball joints, and where in q the quaternion of each starts."""
+        model = self.model
+        joints = zip(model.names, model.nqs, model.nvs, model.idx_qs, strict=True)
+        return tuple(
+            (name, first + nq - 4) for name, nq, nv, first in joints if nq - nv == 1 and nq >= 4
+        )
 
     @cached_property
     def _frame_ids(self) -> dict[str, int]:

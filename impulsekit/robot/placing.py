@@ -114,7 +114,7 @@ class Posture(Generic[AnyRobot]):
 
     def joint_of(self, frame: str) -> int:
         """Return the index of the joint that carries a frame; 0 where it is fixed in the world."""
-        return self.robot.model.frames[self.robot.frame_id(frame)].parentJoint
+        return self.robot.frame(frame).joint_id
 
     def joint(self, joint_id: int) -> pin.SE3:
         """Return the placement of a joint's frame."""
@@ -122,8 +122,8 @@ class Posture(Generic[AnyRobot]):
 
     def frame(self, name: str) -> pin.SE3:
         """Return the placement of a frame, as Pinocchio's type."""
-        item = self.robot.model.frames[self.robot.frame_id(name)]
-        return self._at(item.parentJoint)[0] * item.placement
+        own = self.robot.frame(name)
+        return self._at(own.joint_id)[0] * own.placement
 
     def placement(self, frame: str) -> Placement:
         """Return the placement of a frame."""
@@ -244,7 +244,7 @@ _PLACED = ("JointModelFreeFlyer", "JointModelPlanar", "JointModelTranslation")
 
 def _root_of(robot: RobotBase, frame: str) -> int:
     """The joint on the world that a frame hangs on; 0 where it is fixed in the world."""
-    joint_id = robot.model.frames[robot.frame_id(frame, "place")].parentJoint
+    joint_id = robot.frame(frame, "place").joint_id
     while joint_id > 0 and robot.model.parents[joint_id] > 0:
         joint_id = robot.model.parents[joint_id]
     return joint_id

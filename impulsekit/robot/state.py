@@ -77,13 +77,11 @@ def likely_wxyz(robot: RobotBase, q: np.ndarray) -> list[str]:
         >>> likely_wxyz(talos, np.r_[0, 0, 1, 1, 0, 0, 0, np.zeros(talos.nq - 7)])[0][:45]
         'joint "root_joint": its quaternion is 1, 0, 0'
     """
-    model = robot.model
-    joints = zip(model.names, model.nqs, model.nvs, model.idx_qs, strict=True)
     return [
         f'joint "{name}": its quaternion is 1, 0, 0, 0, in the order x, y, z, w half a turn about '
         "x; no turn is 0, 0, 0, 1 (impulsekit.pose takes wxyz=)"
-        for name, nq, nv, first in joints
-        if nq - nv == 1 and nq >= 4 and q[first + nq - 4 : first + nq].tolist() == [1, 0, 0, 0]
+        for name, first in robot.quaternions
+        if q[first : first + 4].tolist() == [1, 0, 0, 0]
     ]
 
 

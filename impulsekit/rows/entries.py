@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +15,7 @@ import pinocchio as pin
 from ..errors import InputError
 from ..geometry.axes import contact_axes
 from ..robot import Robot
+from ..robot.base import RobotFrame
 from ..scene import (
     AppliedImpulse,
     Contact,
@@ -53,37 +54,52 @@ PlacementOf = Callable[[int], pin.SE3]
 NO_LENGTH = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
-class Site:
+class Site(NamedTuple):
     """A point of a frame.
 
     Attributes:
-        joint_id: the joint of the whole model that carries it; 0 for the world.
-        frame_id: of the frame in the whole model.
-        placement: of the point, with the axes of its frame, in the joint.
+        frame: the frame.
+        at: (3,) the point in its coordinates [m].
     """
 
-    joint_id: int
-    frame_id: int
-    placement: pin.SE3
+    frame: RobotFrame
+    at: Any = (0.0, 0.0, 0.0)
 
     @classmethod
     def of(cls, robot: Robot, frame: str, at: Any = (0.0, 0.0, 0.0)) -> Site:
         """The point ``at`` (3,) of a frame."""
-        frame_id = robot.frame_id(frame)
-        source = robot.model.frames[frame_id]
-        own = source.placement
-        placement = pin.SE3(own.rotation, own.act(np.array(at, dtype=float)))
-        return cls(source.parentJoint, frame_id, placement)
+        return cls(robot.frame(frame), at)
+
+    @property
+    def joint_id(self) -> int:
+        """The joint of the whole model that carries it; 0 for the world."""
+        return self.frame.joint_id
+
+    @property
+    def frame_id(self) -> int:
+        """The number of its frame in the whole model."""
+        return self.frame.frame_id
+
+    @property
+    def placement(self) -> pin.SE3:
+        """The placement of the point, with the axes of its frame, in the joint."""
+        return pin.SE3(self.frame.rotation, self.point)
+
+    @property
+    def point(self) -> np.ndarray:
+        """(3,) the point in the axes of the joint."""
+        if not any(self.at):
+            return self.frame.origin
+        found: np.ndarray = self.frame.placement.act(np.array(self.at, dtype=float))
+        return found
 
     @property
     def moves(self) -> bool:
         """True if a joint carries it."""
-        return self.joint_id > 0
+        return self.frame.joint_id > 0
 
 
-@dataclass(frozen=True, eq=False)
-class FramePair:
+class FramePair(NamedTuple):
     """Rows of the velocity of one frame relative to another.
 
     Attributes:
@@ -220,7 +236,7 @@ def _contact(robot: Robot, entry: Contact) -> FramePair:
     normal = np.array(entry.normal)
     # Axes that turn with a plane that moves, so that their rates are smooth.
     carrier: Literal["world", "other"] = "other" if plane.moves else "world"
-    axes = contact_axes(normal if plane.moves else plane.placement.rotation.dot(normal))
+    axes = contact_axes(normal if plane.moves else plane.frame.rotation.dot(normal))
     site = Site.of(robot, entry.frame, entry.at)
     return FramePair(site, plane, True, carrier, axes, (0, 1, 2), ("t1", "t2", "n"))
 

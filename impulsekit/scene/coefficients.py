@@ -315,8 +315,8 @@ def asks_for_materials(contact: Any) -> bool:
 
 def keep_from_table(contact: Any, by_table: ByTable) -> None:
     """Keep which coefficients of a contact its table of pairs gave: those that are not replaced."""
-    kept = tuple(one for one in by_table if getattr(contact, one[0]) == one[2])
-    object.__setattr__(contact, "_by_table", kept)
+    kept = [one for one in by_table if getattr(contact, one[0]) == one[2]]
+    object.__setattr__(contact, "_by_table", tuple(kept))
 
 
 def as_given(contact: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import InitVar, dataclass
 from dataclasses import field as a_field
 from typing import Annotated, Any
@@ -22,6 +23,7 @@ from .coefficients import (
 )
 from .constraints import KEPT_ANYWAY
 from .entry import BetweenFrames, Entry, InJoint, check_two_bodies
+from .law import Law
 from .numbers import Name, NotNegative, Number, OfMotion, Positive, Vector, between
 
 # A direction whose length is this near to 1 is left as it is given: dividing would only round it.
@@ -311,4 +313,60 @@ def _check_tangential(entry: Contact | Collision, what: str) -> None:
     if entry.tangential_restitution and not is_plain(entry.friction):
         raise InputError(
             f"{what}: tangential_restitution goes with a friction that is a number, or is 0"
+        )
+
+
+def check_law(law: Law, contacts: Sequence[Any]) -> None:
+    """Check that a law has what contacts ask of it.
+
+    Raises:
+        InputError: it has not.
+    """
+    for i, contact in enumerate(contacts):
+        _check_law(law, contact, f"contacts[{i}]")
+
+
+def _check_law(law: Law, contact: Any, where: str) -> None:
+    at_once = (law.slip, law.order) == ("end", "simultaneous")
+    usual = at_once and law.restitution in ("newton", "poisson")
+    given = 'slip="end" and order="simultaneous"'
+    if getattr(contact, "tangential_restitution", 0.0) and not (
+        law.slip == "end" and law.restitution == "newton"
+    ):
+        raise InputError(
+            f'{where}: tangential restitution has no meaning with restitution="{law.restitution}", '
+            f'slip="{law.slip}"; it belongs to Law(restitution="newton", slip="end"), or is 0'
+        )
+    if law.restitution == "lzb" and contact.stiffness is None:
+        raise InputError(
+            f'{where}: restitution="lzb" needs the stiffness of every contact; give stiffness=, of '
+            "which only ratios count"
+        )
+    mu: Any = getattr(contact, "friction", 0.0)
+    if law.slip == "compliant" and mu and contact.stiffness_ratio is None:
+        raise InputError(
+            f'{where}: slip="compliant" needs the stiffness_ratio of every contact with friction, '
+            "tangential over normal stiffness; (1 − ν)/(1 − ν/2) of round bodies, math.inf of rigid"
+        )
+    if adheres(contact):
+        what = "adhesion" if contact.adhesion else "holding_force"
+        if not (at_once and law.restitution == "newton"):
+            raise InputError(
+                f"{where}: {what} belongs to Law(), without words of its own; under other laws it "
+                "is 0"
+            )
+        if callable(contact.restitution) or contact.restitution:
+            raise InputError(
+                f"{where}: a contact with {what} holds what it touches: restitution must be 0, got "
+                f"{contact.restitution}"
+            )
+    if turns(contact) and (adheres(contact) or not usual):
+        raise InputError(
+            f"{where}: rolling and torsion need Newton's or Poisson's law with {given}, without "
+            "adhesion; else set both to 0"
+        )
+    if not (usual or is_plain(getattr(contact, "friction", 0.0))):
+        raise InputError(
+            f"{where}: friction other than a number needs Newton's or Poisson's law with {given}; "
+            "for other laws give a number"
         )

@@ -12,7 +12,7 @@ from ..errors import InputError, ShapeError
 from ..formatting import Displayed
 from ..robot import Robot
 from ..robot.base import WORLD
-from .numbers import Check, keep, optional, text
+from .numbers import Check, optional, text
 
 
 class Checked:
@@ -29,16 +29,11 @@ class Checked:
 
     def __post_init__(self) -> None:
         own: Any = type(self)
-        kind = own.__name__
-        names, others = _checks_of(own)
+        names, others, wording = _checks_of(own)
         given = vars(self)
-        for name in names:
-            keep(self, kind, text, name)
-        what = self.wording.format_map({"kind": kind, **given})
-        for name, check, default in others:
-            # A default is kept as its check gives it.
-            if given[name] is not default:
-                keep(self, what, check, name)
+        _keep(given, own.__name__, names)
+        what = wording.format_map(given)
+        _keep(given, what, others)
         self._check(what)
 
     def _check(self, what: str) -> None:
@@ -54,13 +49,25 @@ class Checked:
         """
 
 
+# The name of a field, its check and its default.
+_Check = tuple[str, Check, Any]
+
+
+def _keep(given: dict[str, Any], what: str, checks: list[_Check]) -> None:
+    for name, check, default in checks:
+        # A default is kept as its check gives it.
+        if given[name] is not default:
+            given[name] = check(given[name], f"{what}: {name}")
+
+
 @functools.cache
-def _checks_of(kind: Any) -> tuple[list[str], list[tuple[str, Check, Any]]]:
-    """The fields of a class that are names, and checks and defaults of the others."""
+def _checks_of(kind: Any) -> tuple[list[_Check], list[_Check], str]:
+    """The checks of the fields that are names, those of the others, and the wording of the kind."""
     hints = typing.get_type_hints(kind, include_extras=True)
-    checks = [(item.name, _check_of(hints[item.name]), item.default) for item in fields(kind)]
-    names = [name for name, check, _ in checks if check is text]
-    return names, [(n, check, value) for n, check, value in checks if check not in (text, None)]
+    found = [(item.name, _check_of(hints[item.name]), item.default) for item in fields(kind)]
+    names: list[_Check] = [(n, check, value) for n, check, value in found if check is text]
+    others = [(n, check, value) for n, check, value in found if check not in (text, None)]
+    return names, others, kind.wording.replace("{kind}", kind.__name__)
 
 
 def _check_of(hint: Any) -> Check | None:
@@ -147,7 +154,7 @@ def check_two_bodies(robot: Robot, frames: Sequence[str], where: str, why: str) 
         InputError: both are on one rigid body.
     """
     first, other = frames
-    joints = [robot.model.frames[robot.frame_id(name, where)].parentJoint for name in frames]
+    joints = [robot.frame(name, where).joint_id for name in frames]
     if joints[0] == joints[1]:
         body = "the world" if joints[0] == 0 else "one rigid body"
         raise InputError(f'{where}: "{first}" and "{other}" both belong to {body}; {why}')
@@ -160,7 +167,7 @@ def check_frame_moves(robot: Robot, frame: str, where: str, what: str, advice: s
         UnknownNameError: the robot does not have it.
         InputError: it is fixed to the world.
     """
-    if robot.model.frames[robot.frame_id(frame, where)].parentJoint == 0:
+    if robot.frame(frame, where).joint_id == 0:
         whole = "the world" if frame == WORLD else f'"{frame}", fixed to the world,'
         raise InputError(f"{where}: {what} on {whole} moves nothing{advice and '; ' + advice}")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import copy
 import math
 import threading
-import weakref
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
@@ -39,6 +37,9 @@ _SECTIONS = {
     "contacts": "a Contact, JointStop, Collision, Rope or GapContact",
     "forces": "a JointSpring, JointFriction, Spring, Actuator or AppliedForce",
 }
+
+
+_LAW = Law()
 
 
 @public
@@ -94,11 +95,11 @@ class Scene(Displayed):
     """
 
     robot: Robot
-    impulses: Sequence[AppliedImpulse | JointImpulse] = ()
-    constraints: Sequence[Constraint] = ()
-    contacts: Sequence[ContactEntry] = ()
-    forces: Sequence[Force] = ()
-    law: Law = field(default_factory=Law)
+    impulses: Sequence[AppliedImpulse | JointImpulse] = Named((), "impulse")
+    constraints: Sequence[Constraint] = Named((), "constraint")
+    contacts: Sequence[ContactEntry] = Named((), "contact")
+    forces: Sequence[Force] = Named((), "force")
+    law: Law = _LAW
     gravity: Vector = (0.0, 0.0, -9.81)
     gap_bound: float = 1e-3
     controlled: Sequence[str] = ()
@@ -123,16 +124,19 @@ class Scene(Displayed):
             keep(self, "Scene", not_negative, "gap_bound")
         if self.materials or self.contacts:
             from .coefficients import asks_for_materials
-            from .materials import with_materials
 
             if self.materials or any(map(asks_for_materials, self.contacts)):
+                from .materials import with_materials
+
                 own = with_materials(self.robot, self.contacts, self.materials)
                 self._keep("contacts", own)
         self._check_entries()
         if not isinstance(self.law, Law):
             raise InputError(f"Scene: law is {a_thing(self.law)}, not a Law")
-        for i, contact in enumerate(self.contacts):
-            _check_law(self.law, contact, f"contacts[{i}]")
+        if self.contacts:
+            from .contacts import check_law
+
+            check_law(self.law, self.contacts)
         self._check_names()
 
     @classmethod
@@ -219,12 +223,14 @@ class Scene(Displayed):
     def with_numbers(self, impulses: tuple[AppliedImpulse | JointImpulse, ...]) -> Scene:
         """Return the scene with its impulses at other numbers, which leaves nothing to check."""
         scene = copy.copy(self)
-        scene._keep("impulses", impulses)
+        object.__setattr__(scene, "impulses", Named(impulses, "impulse"))
         return scene
 
     def _keep(self, kind: str, entries: Any) -> None:
         """Keep the entries of a ``kind`` such as "impulses", found by name as well."""
-        object.__setattr__(self, kind, Named(_entries(entries, kind), kind.removesuffix("s")))
+        one = kind.removesuffix("s")
+        if type(entries) is not Named or entries.kind != one:
+            object.__setattr__(self, kind, Named(_entries(entries, kind), one))
 
     def _check_entries(self) -> None:
         for kind, known in _SECTIONS.items():
@@ -245,11 +251,11 @@ class Scene(Displayed):
 
     def _check_names(self) -> None:
         kinds = ("impulses", "held", "contacts", "forces")
-        counts = Counter(name for kind in kinds for name in self.entry_names(kind))
-        twice = [name for name, count in counts.items() if count > 1]
-        if twice:
+        names = [name for kind in kinds for name in self.entry_names(kind)]
+        if len({*names}) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
             raise InputError(
-                f'Scene: {counts[twice[0]]} entries have the name "{twice[0]}", each needs its own'
+                f'Scene: {names.count(twice)} entries have the name "{twice}", each needs its own'
             )
 
     def __repr__(self) -> str:
@@ -262,6 +268,14 @@ class Scene(Displayed):
             counts.append(f"{len(self.controlled)} controlled")
         law = f"{self.law.restitution}/{self.law.slip}/{self.law.order}"
         return one_line("Scene", repr(self.robot.name), *(counts or ["nothing acts"]), law=law)
+
+    @cached_property
+    def _kept(self) -> dict[Any, Any]:
+        """What follows from the scene and is made once: by ``SceneCache``."""
+        return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_kept"}
 
     @cached_property
     def held(self) -> tuple[Constraint, ...]:
@@ -279,56 +293,6 @@ class Scene(Displayed):
             return (*self.entry_names("constraints"), *(str(lock.name) for lock in locks))
         names: tuple[str, ...] = getattr(self, kind).names
         return names
-
-
-def _check_law(law: Law, contact: Any, where: str) -> None:
-    """Check that a law has what a contact asks of it."""
-    from .coefficients import is_plain
-    from .contacts import adheres, turns
-
-    at_once = (law.slip, law.order) == ("end", "simultaneous")
-    usual = at_once and law.restitution in ("newton", "poisson")
-    given = 'slip="end" and order="simultaneous"'
-    if getattr(contact, "tangential_restitution", 0.0) and not (
-        law.slip == "end" and law.restitution == "newton"
-    ):
-        raise InputError(
-            f'{where}: tangential restitution has no meaning with restitution="{law.restitution}", '
-            f'slip="{law.slip}"; it belongs to Law(restitution="newton", slip="end"), or is 0'
-        )
-    if law.restitution == "lzb" and contact.stiffness is None:
-        raise InputError(
-            f'{where}: restitution="lzb" needs the stiffness of every contact; give stiffness=, of '
-            "which only ratios count"
-        )
-    mu: Any = getattr(contact, "friction", 0.0)
-    if law.slip == "compliant" and mu and contact.stiffness_ratio is None:
-        raise InputError(
-            f'{where}: slip="compliant" needs the stiffness_ratio of every contact with friction, '
-            "tangential over normal stiffness; (1 − ν)/(1 − ν/2) of round bodies, math.inf of rigid"
-        )
-    if adheres(contact):
-        what = "adhesion" if contact.adhesion else "holding_force"
-        if not (at_once and law.restitution == "newton"):
-            raise InputError(
-                f"{where}: {what} belongs to Law(), without words of its own; under other laws it "
-                "is 0"
-            )
-        if callable(contact.restitution) or contact.restitution:
-            raise InputError(
-                f"{where}: a contact with {what} holds what it touches: restitution must be 0, got "
-                f"{contact.restitution}"
-            )
-    if turns(contact) and (adheres(contact) or not usual):
-        raise InputError(
-            f"{where}: rolling and torsion need Newton's or Poisson's law with {given}, without "
-            "adhesion; else set both to 0"
-        )
-    if not (usual or is_plain(getattr(contact, "friction", 0.0))):
-        raise InputError(
-            f"{where}: friction other than a number needs Newton's or Poisson's law with {given}; "
-            "for other laws give a number"
-        )
 
 
 def _entries(value: Any, what: str) -> tuple[Any, ...]:
@@ -350,6 +314,8 @@ def _names(value: Any, what: str) -> tuple[str, ...]:
 
 def scene_at(scene: Scene, t: float) -> Scene:
     """Return the scene with what is driven in time as at a time [s]; itself where nothing is."""
+    if not scene.constraints:
+        return scene
     from .driven import constraint_at, is_driven
 
     if not any(map(is_driven, scene.constraints)):
@@ -368,24 +334,36 @@ T = TypeVar("T")
 
 
 class SceneCache(Generic[T]):
-    """A cache of ``make(scene)``, made when first asked for; it may not hold the scene.
-
-    Attributes:
-        by_scene: what there is now, by the identity of the scene, which is quicker than its hash.
-    """
+    """What ``make(scene)`` gives, made when first asked for and kept with the scene."""
 
     def __init__(self, make: Callable[[Scene], T]) -> None:
         self._make = make
-        self.by_scene: dict[int, T] = {}
+
+    def has(self, scene: Scene) -> bool:
+        """Return whether it was made."""
+        return self in scene._kept
 
     def of(self, scene: Scene) -> T:
-        """Return the value kept for a scene."""
-        found = self.by_scene.get(id(scene))
-        if found is None:
-            found = self.by_scene[id(scene)] = self._make(scene)
-            weakref.finalize(scene, self.by_scene.pop, id(scene), None)
+        """Return the value of a scene."""
+        kept = scene._kept
+        if self not in kept:
+            kept[self] = self._make(scene)
+        found: T = kept[self]
         return found
 
 
-class ThreadCache(threading.local, SceneCache[T]):
+class ThreadCache(Generic[T]):
     """The same for each thread by itself: workspaces, which a use overwrites."""
+
+    def __init__(self, make: Callable[[Scene], T]) -> None:
+        self._make = make
+        self._of_threads = SceneCache(lambda scene: threading.local())
+
+    def of(self, scene: Scene) -> T:
+        """Return the value of a scene in this thread."""
+        own = self._of_threads.of(scene)
+        try:
+            found: T = own.value
+        except AttributeError:
+            found = own.value = self._make(scene)
+        return found

@@ -41,12 +41,13 @@ def contact_law(scene: Scene) -> ContactLaw:
     contacts = []
     for name, entry in zip(scene.entry_names("contacts"), scene.contacts, strict=True):
         friction = getattr(entry, "friction", 0.0)
+        numbers = {own: getattr(entry, of, None) for own, of in _NUMBERS.items()}
         contacts.append(
             ContactCoefficients(
                 restitution=_restitution(entry.restitution, f"{name}: restitution"),
                 friction=static_friction(friction),
                 model=core_friction(friction),
-                **{own: float(getattr(entry, of, 0.0) or 0.0) for own, of in _NUMBERS.items()},
+                **{own: value for own, value in numbers.items() if value},
             )
         )
     return ContactLaw(core_law(scene.law), contacts)

@@ -64,12 +64,9 @@ class FlatModel:
 
     def site(self, site: Site) -> CoreSite:
         """A point of a frame in the core."""
-        return CoreSite(
-            body=self.bodies[site.joint_id],
-            frame=site.frame_id,
-            point=site.placement.translation,
-            axes=np.array(site.placement.rotation),
-        )
+        frame = site.frame
+        body = self.bodies[frame.joint_id]
+        return CoreSite.of(body, frame.frame_id, site.point, frame.rotation)
 
 
 @dataclass(frozen=True)

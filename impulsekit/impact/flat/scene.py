@@ -27,6 +27,7 @@ from ..._core import Contact as CoreContact
 from ..._core import Scene as CoreScene
 from ..._core import Site as CoreSite
 from ...errors import InputError
+from ...robot.base import RobotFrame
 from ...rows.entries import FramePair, JointRows, Site, rows_of_entry, vectors_of_rows
 from ...scene import (
     AppliedImpulse,
@@ -303,16 +304,16 @@ class Flattening:
             contact.kind, contact.limit = ContactKind.rope, entry.length
         else:
             contact.turns = turns(entry)
-            self._rub(entry, robot.model.frames[robot.frame_id(entry.against)], contact)
+            self._rub(entry, said.other.frame, contact)
         core.add_contact(contact)
-        ends = said.first, said.other
-        return (ends[0].joint_id, ends[1].joint_id), (ends[0].frame_id, ends[1].frame_id)
+        first, other = said.first.frame, said.other.frame
+        return (first.joint_id, other.joint_id), (first.frame_id, other.frame_id)
 
-    def _rub(self, entry: Contact | Collision, touched: Any, contact: CoreContact) -> None:
+    def _rub(self, entry: Contact | Collision, touched: RobotFrame, contact: CoreContact) -> None:
         """Bring over the axes of friction by direction, in the frame that is touched."""
         if isinstance(entry.friction, EllipticFriction):
-            contact.ellipse_body = self._model.bodies[touched.parentJoint]
-            contact.along = touched.placement.rotation.dot(entry.friction.along)
+            contact.ellipse_body = self._model.bodies[touched.joint_id]
+            contact.along = touched.rotation.dot(entry.friction.along)
 
     def _add_body_contact(self, entry: Collision, index: int) -> Ends:
         from ...robot.geometry import geometry_ids
@@ -334,14 +335,20 @@ class Flattening:
             self._shaped.append(index)
         else:
             sites = [
-                self._model.site(Site(piece.parentJoint, piece.parentFrame, piece.placement))
+                self._model.site(_site_of(piece))
                 for piece in (pieces if ball.sign > 0.0 else pieces[::-1])
             ]
             contact.kind, contact.shape = ContactKind.ball, ball
         contact.frames = Pair(first=sites[0], other=sites[1])
-        self._rub(entry, robot.model.frames[both[1].frame_id], contact)
+        _, joint_id, frame_id, _ = both[1]
+        touched = RobotFrame.of(frame_id, joint_id, robot.model.frames[frame_id].placement)
+        self._rub(entry, touched, contact)
         self._core.add_contact(contact)
         return (both[0].joint_id, both[1].joint_id), (both[0].frame_id, both[1].frame_id)
+
+
+def _site_of(piece: Any) -> Site:
+    return Site(RobotFrame.of(piece.parentFrame, piece.parentJoint, piece.placement))
 
 
 def _ball_of(pieces: Sequence[Any]) -> Ball | None:
