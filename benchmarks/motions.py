@@ -99,7 +99,7 @@ def _processor(job: Callable[[], object]) -> float:
     return time.process_time() - begin
 
 
-def _thrown(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
+def thrown(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """q and v of cubes thrown like those that were recorded."""
     rng, states = np.random.default_rng(0), []
     for _ in range(count):
@@ -119,7 +119,7 @@ def _start(q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def tosses() -> list[float]:
     """Tosses of the recorded cube, thrown like those."""
-    scene, states = cube_scene(), _thrown(TOSSES)
+    scene, states = cube_scene(), thrown(TOSSES)
     starts = [_start(q, v) for q, v in states]
     half = 0.5 * WIDTH
     body = BOX.format(x=0, z=half, a=half, b=half, c=half, mass=0.37, mu=FRICTION)
@@ -224,7 +224,7 @@ def ten_boxes() -> list[float]:
 
 def rolling() -> list[float]:
     """A thrown box with rolling friction at its corners over one without."""
-    states = _thrown(TOSSES)
+    states = thrown(TOSSES)
     box, table = solid_box("box", MASS, (WIDTH, WIDTH, WIDTH)).with_ground(), {}
     for resists in (0.0, 1e-3):
         touch = Collision("box", "ground", friction=FRICTION, rolling=resists)
@@ -239,7 +239,7 @@ def rolling() -> list[float]:
 
 def threads() -> list[float]:
     """A batch of tosses on one thread over the same on two, in time on the clock."""
-    scene, states = cube_scene(), _thrown(100)
+    scene, states = cube_scene(), thrown(100)
     q, v = (np.array(x) for x in zip(*states, strict=True))
 
     def seconds(count: int) -> float:

@@ -190,12 +190,10 @@ bool Stepper::implicit(const Rate& f, const std::function<void(double*)>& projec
             for (int j = 0; j < n_; ++j) end_[j] = y[j] + Z[2 * n_ + j];
             project(end_.data());
             if (f(t + h, end_.data(), trial_.data())) {
-                const double factor = std::min(
-                    failed ? 1.0 : kMost,
-                    std::max(kLeast, size > 0.0 ? kSafety * std::pow(size, -0.25) : kMost));
+                factor_ = std::max(kLeast, kSafety * std::pow(size, -0.25));
+                const double factor = std::min(failed ? 1.0 : kMost, factor_);
                 keep_cubic(t, y, h, Z, found);
                 last_ = found;
-                size_ = size;
                 next =
                     !failed && h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
                 std::copy(end_.begin(), end_.end(), y);

@@ -140,7 +140,7 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || is_stiff || stiff_ >= kStiff;
     is_dopri5_ = false;
-    size_ = 0.0;
+    factor_ = INFINITY;
     if (implicit_) return implicit(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
     if (method_ != Method::dop853) {
@@ -155,10 +155,10 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
         return std::max(kLeast, kSafety * std::pow(size, -1.0 / m.order));
     };
     if (longest < reach_ * next && longest > shortest_step(t)) {
-        const double size = attempt(kDopri5, longest),
-                     factor = std::min(kMost, factor_of(kDopri5, size));
-        reach_ = std::min(1.0, std::max(size > 1.0 ? 0.0 : reach_, factor * longest / next));
-        size_ = size;
+        const double size = attempt(kDopri5, longest);
+        factor_ = factor_of(kDopri5, size);
+        reach_ = std::min(
+            1.0, std::max(size > 1.0 ? 0.0 : reach_, std::min(kMost, factor_) * longest / next));
         is_dopri5_ = size <= 1.0 && dense(kDopri5, f, t, y, longest, found);
         if (is_dopri5_) return take(kDopri5, y, rate);
     }
@@ -169,17 +169,17 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
     for (int trial = 0; trial < kMostTrials; ++trial) {
         if (!(h > shortest_step(t))) return false;
         const double size = attempt(kDop853, h);
-        size_ = size;
+        factor_ = factor_of(kDop853, size);
         if (size <= 1.0) note_stiffness(h);
         if (size <= 1.0 && dense(kDop853, f, t, y, h, found)) {
-            const double factor = std::min(failed ? 1.0 : kMost, factor_of(kDop853, size));
+            const double factor = std::min(failed ? 1.0 : kMost, factor_);
             reach_ = std::min(kReach, std::max(0.1 * kReach, kForget * reach_));
             // A step that was cut short by what lies ahead says little of the next.
             next = !failed && h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
             return take(kDop853, y, rate);
         }
         failed = true;
-        h *= std::isfinite(size) && size > 1.0 ? factor_of(kDop853, size) : 0.25;
+        h *= std::isfinite(size) && size > 1.0 ? factor_ : 0.25;
     }
     return false;
 }

@@ -17,10 +17,6 @@ namespace impulsekit {
 // trials, or as short as rounding of the time, there is none.
 inline constexpr double kSafety = 0.9, kLeast = 0.2, kMost = 8.0;
 inline constexpr int kMostTrials = 60;
-// The polynomial within a step is off by up to 1.5 times the step's estimated error, its end by
-// less, and by less still where a step is cut. Within steps that might be so many times as long, a
-// state is as good as at their ends.
-inline constexpr double kTimesAsLong = 4.0;
 // Explicit steps are stable up to this h|λ|.
 inline constexpr double kStable = 6.1;
 inline double shortest_step(double t) { return tolerance::rounding * std::max(std::abs(t), 1e-3); }
@@ -68,11 +64,9 @@ class Stepper {
     }
     // Behind a jump of rates whose slopes stay: the last step foretells nothing.
     void jump() { last_ = Step(); }
-    // True if the polynomial within the last step is as accurate as its end.
-    bool is_accurate_within() const {
-        const Tableau& m = is_dopri5_ ? kDopri5 : kDop853;
-        return !(size_ * std::pow(kTimesAsLong, m.order) > 1.0);
-    }
+    // True if the polynomial within the last step is as accurate as its end: it is off by up to 1.5
+    // times the estimated error, which is next to none where steps may grow by the most.
+    bool is_accurate_within() const { return factor_ >= kMost; }
     // A step of this length whatever its error, to a time within one that was made.
     bool shortened(const Rate& f, const Step& whole, double end, Step& found);
 
@@ -111,7 +105,7 @@ class Stepper {
     double fixed_length_;
     int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
     bool implicit_ = false;     // whether the last step was Radau's
-    double size_ = 0.0;         // its error over what is allowed
+    double factor_ = 0.0;       // how many times as long it might have been
     bool is_dopri5_ = false;    // whether it was of order 5, by dopri5
     double reach_ = 0.0;        // how far steps of order 5 go beside those of order 8
     bool keeps_J_ = false;      // whether J_ will do for another step

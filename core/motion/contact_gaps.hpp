@@ -49,6 +49,9 @@ struct GapState {
     bool is_rough = false;         // bodies are far: they are further apart than it says
     double free = 0.0;             // no gap closes sooner, see ``Ahead`` [s]
     RelativeMotion motion;         // of a body of points in the frame of the other
+
+    // Gaps that differ by less are alike [m]: they are differences of places.
+    double noise() const { return 4.0 * std::max(tolerance::rounding, rounding); }
 };
 
 // A gap at a state.

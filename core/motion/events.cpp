@@ -43,7 +43,7 @@ double advance_to_zero(Measure measure, double begin, const GapState& left, doub
         }
         const double value = std::max(now.gap, 0.0);
         // Closed, and closing on: from when that can be told, at the rate and its change.
-        const double rounding = 4.0 * std::max(tolerance::rounding, now.rounding);
+        const double rounding = now.noise();
         const double told =
             now.gap <= 0.0 && now.rate < 0.0 && change < INFINITY
                 ? 2.0 * rounding /

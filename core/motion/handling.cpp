@@ -37,8 +37,10 @@ std::vector<int> gaps_that_close(Motion& motion, int gap) {
         if (motion.now.rest.rests_on(i)) continue;
         const GapState found = gap_now(motion, i);
         const double sign = motion.memory[i].passes ? -1.0 : 1.0, rate = sign * found.rate;
-        const bool closes = rate < 0.0 && sign * (found.gap - motion.memory[i].base) <=
-                                              -rate * motion.settings.together;
+        // Corners of a face that bounces flat part by rounding, and would be caught one by one.
+        const bool closes =
+            rate < 0.0 && sign * (found.gap - motion.memory[i].base) <=
+                              std::max(found.noise(), -rate * motion.settings.together);
         if (i != gap && !closes) continue;
         if (!motion.memory[i].passes && counts_now(motion, i)) {
             closing.push_back(i);

@@ -14,21 +14,28 @@ constexpr double kGrazed = tolerance::solved;
 // Rounding of places, of their size.
 constexpr double kRounded = 2.0 * tolerance::rounding;
 
-// Looks at how soon what has parted comes down again; those that do at once, or that rise by less
-// than rounding of their places.
-std::vector<RestingContact> micro_bounces(Motion& motion,
-                                          const std::vector<RestingContact>& parted) {
+// Take those out of points that do not belong there any more.
+template <typename Belongs>
+std::vector<RestingContact> split_off(std::vector<RestingContact>& points, Belongs belongs) {
+    const auto others = std::stable_partition(points.begin(), points.end(), belongs);
+    std::vector<RestingContact> found(others, points.end());
+    points.erase(others, points.end());
+    return found;
+}
+
+// Looks at how soon what has parted comes down again; takes out those that do at once, or that rise
+// by less than rounding of their places.
+std::vector<RestingContact> micro_bounces(Motion& motion, std::vector<RestingContact>& parted) {
     Dynamics& dynamics = motion.dynamics;
     MotionState& now = motion.now;
     motion.micro_bounce = 0.0;
-    std::vector<RestingContact> low;
-    if (parted.empty()) return low;
+    if (parted.empty()) return {};
     dynamics.set_state(now.q(), now.v(), true);
-    for (const RestingContact& point : parted) {
+    return split_off(parted, [&](const RestingContact& point) {
         const Gap& gap = motion.gap(point.gap);
         const double speed = velocity_of(motion, point, now.q()).linear.z,
                      pull = acceleration_of(motion, point, now.rate.data() + motion.nq()).z;
-        if (!(pull < 0.0 && speed > 0.0)) continue;
+        if (!(pull < 0.0 && speed > 0.0)) return true;
         const double duration = -2.0 * speed / pull, height = -0.5 * speed * speed / pull;
         const bool is_told = gap.of_frames() || gap.kind == Contact::stop;
         double size = std::abs(gap.limit);
@@ -38,13 +45,12 @@ std::vector<RestingContact> micro_bounces(Motion& motion,
             size = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
         }
         if (is_told && (height <= kRounded * size || duration <= motion.settings.together))
-            low.push_back(point);
-        else
-            motion.micro_bounce = std::max(
-                motion.micro_bounce > 0.0 ? std::min(motion.micro_bounce, duration) : duration,
-                motion.settings.together);
-    }
-    return low;
+            return false;
+        motion.micro_bounce =
+            std::max(motion.micro_bounce > 0.0 ? std::min(motion.micro_bounce, duration) : duration,
+                     motion.settings.together);
+        return true;
+    });
 }
 
 // Set the slip states of points and the directions of joints from here on; drift is taken out.
@@ -163,33 +169,41 @@ bool find_resting_contacts(Motion& motion, const std::vector<RestingContact>& ca
     const double slow =
         std::max(motion.settings.capture_speed, tolerance::at_rest * fastest(motion));
     const std::vector<RestInterval> before = rests_now(motion);
-    std::vector<RestingContact> parted;
-    now.rest.points.clear();
-    for (const RestingContact& point : candidates) {
+    std::vector<RestingContact> parted = candidates, &all = now.rest.points;
+    all.clear();
+    const auto parts_fast = [&](const RestingContact& point) {
         const Gap& own = motion.gap(point.gap);
-        const double opening = velocity_of(motion, point, now.q()).linear.z,
-                     most = std::max(slow, chatters(motion, point.gap) ? own.capture : own.rests);
-        (opening <= most ? now.rest.points : parted).push_back(point);
-    }
-    for (RestingContact& point : now.rest.points) {
+        return velocity_of(motion, point, now.q()).linear.z >
+               std::max(slow, chatters(motion, point.gap) ? own.capture : own.rests);
+    };
+    // What is laid down may still others with it, as the last corner of a face.
+    const auto rest = [&](std::vector<RestingContact> points, bool laid) {
+        while (!points.empty()) {
+            all.insert(all.end(), points.begin(), points.end());
+            std::stable_sort(
+                all.begin(), all.end(),
+                [](const RestingContact& a, const RestingContact& b) { return a.gap < b.gap; });
+            if (!laid) return;
+            correct_drift(motion, true);
+            set_state(motion);
+            points = split_off(parted, parts_fast);
+        }
+    };
+    rest(split_off(parted, parts_fast), lay);
+    for (RestingContact& point : all) {
         point.pressed = true;
         for (const RestInterval& known : before)
             if (known.entry == motion.gap(point.gap).entry)
                 point.since = std::min(point.since, known.start);
     }
     end_rests(motion, before);
-    if (lay && !now.rest.points.empty()) correct_drift(motion, true);
     rebase(motion);
     motion.dynamics.kinks.set_sides(motion.dynamics.tree, now.q(), now.v());
     if (!find_slip_states(motion, no_slip)) return false;
     const std::vector<RestingContact> low = micro_bounces(motion, parted);
     if (low.empty()) return true;
     // A hop that cannot be told from rest would be followed by others without end.
-    for (const RestingContact& point : low) now.rest.points.push_back(point);
-    std::stable_sort(
-        now.rest.points.begin(), now.rest.points.end(),
-        [](const RestingContact& a, const RestingContact& b) { return a.gap < b.gap; });
-    correct_drift(motion, true);
+    rest(low, true);
     rebase(motion);
     return find_slip_states(motion, no_slip);
 }
