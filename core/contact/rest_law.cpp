@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/cones.hpp"
+#include "contact/rest_islands.hpp"
 #include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
@@ -299,10 +300,31 @@ class RestLaw {
     bool changed_ = false, turning_ = true;
 };
 
+// The rows and points of one island obey by themselves.
+bool solve_island(const RestIsland& island, char* pressed, double* F, double* a) {
+    Arena& arena = scratch();
+    const int rows = island.problem.rows(), points = island.problem.points;
+    double *own_F = arena.allocate(rows), *own_a = arena.allocate(rows);
+    char* own_pressed = arena.allocate_of<char>(points);
+    for (int i = 0; i < points; ++i) own_pressed[i] = pressed[island.points[i]];
+    const bool obeys = RestLaw(island.problem, own_pressed, own_F, own_a).solve();
+    for (int r = 0; r < rows; ++r) F[island.rows[r]] = own_F[r], a[island.rows[r]] = own_a[r];
+    for (int i = 0; i < points; ++i) pressed[island.points[i]] = own_pressed[i];
+    return obeys;
+}
+
 }  // namespace
 
 bool solve_rest(const RestProblem& problem, char* pressed, double* F, double* a) {
-    return RestLaw(problem, pressed, F, a).solve();
+    Arena::Scope scope(scratch());
+    int* island = scratch().allocate_int(problem.rows());
+    const int count = find_islands(problem, island);
+    bool obey = true;
+    for (int i = 0; i < count; ++i) {
+        Arena::Scope one(scratch());
+        obey = solve_island(RestIsland(problem, island, i), pressed, F, a) && obey;
+    }
+    return obey;
 }
 
 void rest_slopes(const RestProblem& problem, char* pressed, double* slopes) {

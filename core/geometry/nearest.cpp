@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/candidates.hpp"
 #include "geometry/patch.hpp"
 #include "geometry/simplex.hpp"
 #include "linalg/tolerances.hpp"
@@ -167,75 +168,6 @@ Found climb(const Pair& pair, const V& start) {
     return best;
 }
 
-// True if two numbers are on either side of zero, or one is zero but for rounding.
-bool opposite(double x, double y) {
-    return !(x > tolerance::parallel && y > tolerance::parallel) &&
-           !(x < -tolerance::parallel && y < -tolerance::parallel);
-}
-
-// The edges of a polytope: along each, and the normals of the faces to its left and right.
-struct Ridge {
-    V along, left, right;
-};
-std::vector<Ridge> ridges_of(const Core& core) {
-    std::vector<Ridge> found;
-    for (const Shape::Edge& e : core.shape.edges) {
-        const V along = core.shape.points[e.end] - core.shape.points[e.start];
-        const V left = core.shape.faces[e.left].normal;
-        const V right = e.right < 0 ? -left : core.shape.faces[e.right].normal;
-        const Mat3<double>& turn = core.at.rotation;
-        found.push_back({turn * (along * (1.0 / length(along))), turn * left, turn * right});
-    }
-    return found;
-}
-
-// Every normal of a face of either, and those on which two edges cross. Of two polytopes these are
-// the edges that make a face of the difference of both: the arcs from the left to the right normal
-// of one and, turned round, of the other cross (Gregorius 2013).
-template <typename Use>
-void for_candidates(const Pair& pair, const Use& use) {
-    for (const V& axis : pair.b.shape.face_axes) use(axis, true);
-    for (const V& axis : pair.a.shape.face_axes) use(pair.a.at.rotation * axis, true);
-    const auto cross_edges = [&](const V& e, const V& f) {
-        const V turn = cross(e, f);
-        const double sine = length(turn);
-        if (sine > tolerance::parallel) use(turn * (1.0 / sine), false);
-    };
-    if (pair.a.shape.kind == Shape::polytope && pair.b.shape.kind == Shape::polytope) {
-        const std::vector<Ridge> others = ridges_of(pair.b);
-        for (const Ridge& e : ridges_of(pair.a)) {
-            for (const Ridge& f : others) {
-                const double left = dot(f.left, e.along), right = dot(e.right, f.along);
-                if (opposite(left, dot(f.right, e.along)) &&
-                    opposite(dot(e.left, f.along), right) && opposite(left, right))
-                    cross_edges(e.along, f.along);
-            }
-        }
-        return;
-    }
-    for (const V& e : pair.a.shape.edge_axes)
-        for (const V& f : pair.b.shape.edge_axes) cross_edges(pair.a.at.rotation * e, f);
-}
-
-struct Guess {
-    double separation;
-    V normal;
-};
-
-// The best of all candidates; of faces as good as edges the face. All are kept in `guesses`.
-Guess best_candidate(const Pair& pair, std::vector<Guess>* guesses) {
-    Guess best{-std::numeric_limits<double>::infinity(), {0, 0, 1}};
-    const auto use = [&](const V& axis, bool of_face) {
-        for (double sign : {1.0, -1.0}) {
-            const Guess own{pair.separation(axis * sign), axis * sign};
-            if (guesses) guesses->push_back(own);
-            if (own.separation > best.separation + (of_face ? 0.0 : tolerance::at_rest)) best = own;
-        }
-    };
-    for_candidates(pair, use);
-    return best;
-}
-
 Pair pair_of(const Shape& a, const Placement& pa, const Shape& b, const Placement& pb) {
     const Mat3<double>& r = pb.rotation;
     const Placement relative{
@@ -275,7 +207,7 @@ Found largest_separation(const Pair& pair, bool only_faces_and_edges) {
     std::vector<Guess> guesses;
     const bool polytopes =
         pair.a.shape.kind == Shape::polytope && pair.b.shape.kind == Shape::polytope;
-    const Guess best = best_candidate(pair, polytopes ? nullptr : &guesses);
+    const Guess best = best_candidate(pair, polytopes, guesses);
     Found found;
     found.separation = best.separation, found.normal = best.normal;
     if (polytopes && only_faces_and_edges) return found;

@@ -6,6 +6,8 @@ import pytest
 import scipy.integrate
 
 import impulsekit as ik
+from benchmarks.urdf import solid_box
+from impulsekit.robot.combine import combine
 
 from ..models import GRAVITY, MODELS, particle, sliders
 
@@ -117,3 +119,24 @@ def test_very_slow_slip_takes_few_steps():
     motion = ik.simulate(scene, q, box.velocity(), duration=0.2, max_steps=60, accuracy="high")
     assert motion.status.finished, motion.detail
     np.testing.assert_allclose(motion.v[-1, 0], 0.2 * mu * GRAVITY * 1e-4, rtol=1e-4)
+
+
+def test_bodies_that_do_not_touch_rest_as_if_alone():
+    box = solid_box("box", 1.0, (0.2, 0.2, 0.2))
+    corners = [(x, y, -0.1) for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
+    pair = combine(one=box, two=box)
+
+    def forces(robot, names, **places):
+        contacts = [
+            ik.Contact(f"{name}box", at=corner, friction=0.4, name=f"{name}{i}")
+            for name in names
+            for i, corner in enumerate(corners)
+        ]
+        scene = ik.Scene(robot, contacts=contacts, gravity=[0.3, 0.2, -9.81])
+        motion = ik.simulate(scene, robot.configuration(**places), robot.velocity(), duration=0.1)
+        return [[motion.contacts[f"{name}{i}"].force(0.05) for i in range(4)] for name in names]
+
+    here = {"root_joint": [0, 0, 0.1, 0, 0, 0, 1]}
+    apart = {f"{name}/root_joint": [x, 0, 0.1, 0, 0, 0, 1] for x, name in enumerate(("one", "two"))}
+    (alone,) = forces(box, [""], **here)
+    np.testing.assert_array_equal(forces(pair, ["one/", "two/"], **apart), [alone, alone])
