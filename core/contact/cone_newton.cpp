@@ -26,7 +26,7 @@ void sweep(const ConeSystem& s, const double* A, double* P, int count) {
     const int m = s.rows;
     auto project_to_coulomb_cone = [&](int k) {
         const int f = s.first[k], size = s.size[k], c = s.contact[k];
-        double trial[2], mobility = 0.0;
+        double trial[2] = {}, mobility = 0.0;
         for (int j = 0; j < size; ++j) mobility += A[(f + j) * m + f + j];
         for (int j = 0; j < size; ++j) {
             double slip = s.b[f + j] + dot(A + (f + j) * m, P, m);
@@ -85,7 +85,7 @@ bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& 
         } else if (polished) {
             break;
         }
-        if (least <= tolerance::rounding * tolerance::rounding * size * size) break;
+        if (is_rounding(least, P, m)) break;
         polished = least <= tolerance::immovable * size * size;
         if (count > 0) balance_groups(s, P, xi);
         const double norm = norm_of(P, s.balance);

@@ -5,6 +5,13 @@
 
 namespace impulsekit {
 
+// True where F of a P has come down to rounding, by the square of its norm.
+template <typename S>
+auto is_rounding(const S& norm, const S* P, int rows) {
+    const S size = larger(number<S>(1.0), largest(P, rows));
+    return norm <= tolerance::rounding * tolerance::rounding * size * size;
+}
+
 // Newton's method on the natural map of ξ = A P + b, P its start and the best that it met; whether
 // F came down to rounding or near it.
 bool newton(const ConeSystem& s, const double* A, double* P, int& steps, Arena& arena);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "contact/even_shares.hpp"
+#include "contact/cone_solution.hpp"
 #include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
 
@@ -12,17 +12,7 @@ namespace {
 // Impulses so many times as large as those of the velocities are none.
 constexpr double kBeyond = 1e5;
 
-// P as it is on its cones: what parts, and what nothing presses, carries nothing.
-void clear_open(const ConeSystem& s, double* P, Arena& arena) {
-    Arena::Scope scope(arena);
-    double* xi = arena.allocate(s.rows);
-    multiply(s.A, s.rows, P, s.b, xi);
-    for (int c = 0; c < s.contacts; ++c)
-        if (P[s.normal[c]] - xi[s.normal[c]] <= s.floor[c]) P[s.normal[c]] = s.floor[c];
-    for (int k = 0; k < s.groups; ++k)
-        if (!(radius_of(s, k, P, xi) > 0.0))
-            for (int j = 0; j < s.size[k]; ++j) P[s.first[k] + j] = 0.0;
-}
+}  // namespace
 
 // True if no impulse makes all ξ_n >= 0, by Farkas: normal impulses d >= 0 that move nothing,
 // W d = 0, have d·ξ = d·b for whatever P, and here d·b < 0. Such d is the direction in which
@@ -45,48 +35,18 @@ bool is_infeasible(const double* W, int rows, const double* b, double scale, con
     return size > kBeyond && -dot(d, s.b, s.rows) / size > kBeyond * largest(velocity, s.rows);
 }
 
-// P in the units that were given; what is at its floor to the last digit.
-void write_back(const ConeSystem& s, const Cones& cones, const double* own, int rows, double* P) {
-    std::fill(P, P + rows, 0.0);
-    // An impulse of nothing has no sign.
-    for (int i = 0; i < s.rows; ++i) P[s.source[i]] = own[i] * s.unit[i] * s.velocity + 0.0;
-    for (int c = 0; c < s.contacts; ++c)
-        if (own[s.normal[c]] == s.floor[c]) P[s.source[s.normal[c]]] = cones.floor[s.owner[c]];
+void solve_beyond_sticking(const ConeSystem& s, Held& held, double* P, double* shares, int& steps,
+                           Arena& arena) {
+    start_without_noise(s, held, P, steps, arena);
+    solve_redundant(s, held, P, steps, arena);
+    Alike<double> alike;
+    find_shares(s, P, held, shares, alike, arena);
 }
 
-}  // namespace
-
 ConeSolution solve_cones(const double* W, int rows, const double* b, double scale,
-                         const Cones& cones, double* P) {
-    Arena& arena = scratch();
-    Arena::Scope scope(arena);
-    ConeSystem s = build_system(W, rows, b, scale, cones, arena);
-    ConeSolution solution;
-    solution.unique.assign(cones.contacts, 1);
-    double* own = arena.allocate(s.rows);
-    double* shares = arena.allocate(s.rows);
-    Held held(s, arena);
-    if (!solve_from_sticking(s, held, own, solution.steps, arena)) {
-        start_without_noise(s, held, own, solution.steps, arena);
-        solve_redundant(s, held, own, solution.steps, arena);
-        find_shares(s, own, held, shares, arena);
-    } else if (held.is_redundant()) {
-        find_shares(s, own, held, shares, arena);
-    }
-    clear_open(s, own, arena);
-    solution.residual = residual_of(s, own, arena);
-    solution.immovable = s.blocked;
-    solution.infeasible = !(solution.residual <= tolerance::residual) &&
-                          is_infeasible(W, rows, b, scale, cones, arena);
-    for (int c = 0; c < s.contacts; ++c) {
-        double share = shares[s.normal[c]];
-        for (int k = 0; k < s.groups; ++k)
-            if (s.contact[k] == c)
-                for (int j = 0; j < s.size[k]; ++j) share += shares[s.first[k] + j];
-        solution.unique[s.owner[c]] = share <= tolerance::shared;
-    }
-    write_back(s, cones, own, rows, P);
-    return solution;
+                         const Cones& cones, double* P, double* shares) {
+    Alike<double> alike;
+    return solve_cones(W, rows, b, scale, cones, P, shares, alike);
 }
 
 double cone_residual(const double* W, int rows, const double* b, double scale, const Cones& cones,

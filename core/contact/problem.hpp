@@ -51,25 +51,29 @@ struct Friction {
 // n contacts of three rows each, two tangents and then the normal, which points from what is
 // touched to what touches: approaching is u_n < 0. u⁺ = u_free + W P. After them come three rows
 // for each of the contacts that resist rolling and spin, of the relative angular velocity [rad/s].
-struct ContactProblem {
+// Of one state, or eight side by side.
+template <typename S>
+struct ContactProblemOf {
     int contacts = 0, turning = 0;
-    const double* W = nullptr;                // (r, r), r = 3 (contacts + turning) [1/kg]
-    const double* before = nullptr;           // (r) u⁻ [m/s]
-    const double* free = nullptr;             // (r) u⁻ and what known impulses add to it [m/s]
-    const double* restitution = nullptr;      // (contacts) e
-    const double* friction = nullptr;         // (contacts) µ
-    const double* tangential = nullptr;       // (contacts) e_t
-    const double* stiffness = nullptr;        // (contacts) k, for "lzb"; else null
-    const double* stiffness_ratio = nullptr;  // (contacts) tangential over normal; else null
-    const double* damping = nullptr;   // (contacts) of tangential springs; null where none has any
-    const double* adhesion = nullptr;  // (contacts) largest pull [N s]; null where none holds
-    const int* turning_of = nullptr;   // (turning) the contact
-    const double* rolling = nullptr;   // (turning) [m]
-    const double* torsion = nullptr;   // (turning) [m]
-    const Friction* models = nullptr;  // (contacts); null where all are numbers
+    const S* W = nullptr;                // (r, r), r = 3 (contacts + turning) [1/kg]
+    const S* before = nullptr;           // (r) u⁻ [m/s]
+    const S* free = nullptr;             // (r) u⁻ and what known impulses add to it [m/s]
+    const S* restitution = nullptr;      // (contacts) e
+    const S* friction = nullptr;         // (contacts) µ
+    const S* tangential = nullptr;       // (contacts) e_t
+    const S* stiffness = nullptr;        // (contacts) k, for "lzb"; else null
+    const S* stiffness_ratio = nullptr;  // (contacts) tangential over normal; else null
+    const S* damping = nullptr;          // (contacts) of tangential springs; null where none has any
+    const S* adhesion = nullptr;         // (contacts) largest pull [N s]; null where none holds
+    const int* turning_of = nullptr;     // (turning) the contact
+    const S* rolling = nullptr;          // (turning) [m]
+    const S* torsion = nullptr;          // (turning) [m]
+    const Friction* models = nullptr;    // (contacts); null where all are numbers
 
     int rows() const { return 3 * (contacts + turning); }
 };
+
+using ContactProblem = ContactProblemOf<double>;
 
 struct ContactSolution {
     std::vector<double> impulse, after, start;       // (r) P [N s], u⁺, and where works begin [m/s]

@@ -6,6 +6,7 @@
 #include "contact/simultaneous.hpp"
 #include "contact/tolerances.hpp"
 #include "linalg/dense.hpp"
+#include "linalg/pivoted.hpp"
 
 namespace impulsekit {
 namespace {

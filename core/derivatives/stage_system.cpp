@@ -5,6 +5,7 @@
 #include "contact/tolerances.hpp"
 #include "derivatives/derivation.hpp"
 #include "linalg/dense.hpp"
+#include "linalg/pivoted.hpp"
 #include "scene/tree_gradient.hpp"
 
 namespace impulsekit {

@@ -37,18 +37,6 @@ void solve_lu(const double* lu, const int* pivot, int n, S* x) {
     }
 }
 
-// Pivoted Cholesky of a symmetric positive semidefinite matrix in place: P A Pᵀ = L Lᵀ, L in the
-// lower triangle, its row i that of row order[i] of A. Returns the rank: pivots above `tolerance`
-// times the diagonal that the row had at first.
-int factor_pivoted(double* a, int n, int* order, double tolerance);
-
-// Solve A x = b in place: x of the first rows of a factor, as many as its rank, and zeros.
-void solve_pivoted(const double* l, const int* order, int n, int rank, double* x, Arena& arena);
-
-// (n, n) the orthogonal projector onto the null space of A, from its pivoted factor.
-void null_projector(const double* l, const int* order, int n, int rank, double* projector,
-                    Arena& arena);
-
 template <typename S>
 S dot(const S* x, const S* y, int n) {
     return sum_of(n, [&](int i) -> S { return x[i] * y[i]; });
@@ -60,7 +48,12 @@ S dot_of_sizes(const S* x, const S* y, int n) {
     return sum_of(n, [&](int i) -> S { return magnitude(x[i]) * y[i]; });
 }
 
-double largest(const double* x, int n);
+template <typename S>
+S largest(const S* x, int n) {
+    S most{};
+    for (int i = 0; i < n; ++i) most = larger(most, magnitude(x[i]));
+    return most;
+}
 
 // y += rowsᵀ x, of (count, nv) rows.
 template <typename S>
@@ -73,6 +66,9 @@ void add_transposed(const S* rows, int count, int nv, const S* x, S* y) {
 }
 
 // y = A x + b.
-void multiply(const double* a, int n, const double* x, const double* b, double* y);
+template <typename S>
+void multiply(const S* a, int n, const S* x, const S* b, S* y) {
+    for (int i = 0; i < n; ++i) y[i] = b[i] + dot(a + i * n, x, n);
+}
 
 }  // namespace impulsekit

@@ -23,6 +23,7 @@ struct Number<double> {
     static constexpr int lanes = 1;
     static double get(const double& x, int) { return x; }
     static void set(double& x, int, double value) { x = value; }
+    static std::int64_t bit(Bits x, int) { return x; }
 };
 
 template <>
@@ -31,6 +32,7 @@ struct Number<Pack> {
     static constexpr int lanes = kLanes;
     static double get(const Pack& x, int lane) { return x[lane]; }
     static void set(Pack& x, int lane, double value) { x[lane] = value; }
+    static std::int64_t bit(const Bits& x, int lane) { return x[lane]; }
 };
 
 template <typename S>
@@ -123,12 +125,17 @@ Dual<N> root(const Dual<N>& x) {
     return Dual<N>::along(y, 0.5 / y, x);
 }
 
-// |x| and the larger of two; a NaN is not larger.
+// |x|, and the larger and smaller of two; a NaN is neither.
 inline double magnitude(double x) { return std::abs(x); }
 inline Pack magnitude(const Pack& x) { return x < 0.0 ? -x : x; }
 template <typename S>
 S larger(const S& a, const S& b) {
     return a < b ? b : a;
+}
+
+template <typename S>
+S smaller(const S& a, const S& b) {
+    return b < a ? b : a;
 }
 
 inline bool any(bool x) { return x; }
