@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "batch/contact_lanes.hpp"
+#include "batch/contact_outputs.hpp"
 #include "contact/tolerances.hpp"
 #include "derivatives/derivatives.hpp"
 #include "impact/known_impulses.hpp"
@@ -55,6 +56,7 @@ class Block {
           dv_(model_.nv),
           M_(model_.nv * model_.nv),
           units_(units_of(model_)),
+          found_(scene_),
           lane_tree_(model_),
           derivation_(scene_, *batch.law),
           contact_lanes_(scene_, *batch.law) {
@@ -88,6 +90,9 @@ class Block {
         }
         return most;
     }
+
+    // This block's first row of an output; null where it is not asked for.
+    double* row(double* out, std::size_t width) const { return out ? out + first_ * width : out; }
 
     int row_of(int lane) const { return first_ + std::min(lane, count_ - 1); }
 
@@ -181,11 +186,18 @@ class Block {
         impulses_.assign(3 * rows_.contact_frames.size(), Pack{});
         moments_.assign(3 * rows_.contact_frames.size(), Pack{});
         multipliers_.assign(scene_.rows() + 1, Pack{});
+        found_.before.assign(rows_.contact_frames.size(), Pack{});
+        found_.after = found_.before;
         std::fill(dv_.begin(), dv_.end(), Pack{});
+        kept_ = has_directions_ = PackBits{};
         for (int k = 0; k < count_ && b_.out.existence; ++k) leave_slopes(first_ + k);
         if (!solve_side_by_side())
             for (int k = 0; k < count_; ++k)
                 if (b_.out.codes[first_ + k] == 0) solve_lane(k);
+        const std::size_t n = scene_.contacts.size();
+        found_.write_gaps(rows_.contact_frames, has_directions_, count_, row(b_.out.gaps, n));
+        found_.write(rows_.contact_frames, impulses_.data(), kept_, count_,
+                     row(b_.out.contact_impulses, 3 * n), row(b_.out.normal_components, 3 * n));
         const int nv = model_.nv;
         for (int i = 0; i < nv && (b_.out.generalized_impulse || b_.out.energy_change); ++i) {
             impulse_[i] = Pack{};
@@ -296,29 +308,41 @@ class Block {
         jumps_.resize(model_.nv);
         contact_lanes_.solve(M_.data(), v_.data(), given_.empty() ? nullptr : impulse_.data(),
                              lanes_, jumps_.data());
-        for (int k = 0; k < count_; ++k)
-            if (lanes_[k].is_given) keep_lane(k);
+        for (int k = 0; k < count_; ++k) {
+            if (!lanes_[k].is_given) continue;
+            const Status status = lanes_[k].status;
+            b_.out.codes[first_ + k] = code_of(status);
+            has_directions_[k] = -rows_.has_line[k];
+            kept_[k] = -(status != Status::refused && status != Status::singular_mass);
+        }
+        keep_lanes();
+        for (int k = 0; k < count_ && b_.out.existence; ++k)
+            if (kept_[k]) differentiate_lane(k);
         return true;
     }
 
-    void keep_lane(int k) {
-        ContactLanes::Lane& lane = lanes_[k];
-        std::int8_t& code = b_.out.codes[first_ + k];
-        code = code_of(lane.status);
-        std::swap(lane_, lane.rows);
-        if (lane_.without_line < 0 && lane_.without_ellipse < 0 && b_.out.gaps)
-            write_gaps(first_ + k);
-        if (lane.status == Status::refused || lane.status == Status::singular_mass) return;
-        solution_ = ImpactSolution();
-        solution_.before = contact_lanes_.before(k);
-        solution_.contact = std::move(lane.contact);
-        solution_.dv.resize(model_.nv);
-        for (int i = 0; i < model_.nv; ++i) solution_.dv[i] = jumps_[i][k];
-        if (b_.out.existence) {
-            rows_.extract(tree_, k, lane_);
-            differentiate(k, first_ + k, problem_of_lane(k));
+    // Bring what was found in all lanes out.
+    void keep_lanes() {
+        for (int i = 0; i < model_.nv; ++i) dv_[i] = kept_ ? jumps_[i] : Pack{};
+        const std::vector<int>&frames = contact_lanes_.frames(),
+              &turning = contact_lanes_.turning();
+        const Pack *P = contact_lanes_.P().data(), *moments = P + 3 * frames.size();
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            std::copy(P + 3 * i, P + 3 * i + 3, impulses_.data() + 3 * frames[i]);
+            found_.before[frames[i]] = contact_lanes_.before()[3 * i + 2];
+            found_.after[frames[i]] = contact_lanes_.after()[3 * i + 2];
         }
-        keep(k);
+        for (std::size_t i = 0; i < turning.size(); ++i)
+            std::copy(moments + 3 * i, moments + 3 * i + 3,
+                      moments_.data() + 3 * frames[turning[i]]);
+    }
+
+    void differentiate_lane(int k) {
+        rows_.extract(tree_, k, lane_);
+        solution_ = ImpactSolution();
+        solution_.contact = contact_lanes_.solution(lane_, lanes_[k], k);
+        for (int i = 0; i < model_.nv; ++i) solution_.dv.push_back(jumps_[i][k]);
+        differentiate(k, first_ + k, problem_of_lane(k));
     }
 
     // The problem of one lane, whose rows have been extracted.
@@ -345,7 +369,7 @@ class Block {
             code = code_of(Status::refused);
             return;
         }
-        if (b_.out.gaps) write_gaps(row);
+        has_directions_[k] = -1;
         const ImpactProblem p = problem_of_lane(k);
         solve_impact(p, solution_);
         code = code_of(status_of(solution_));
@@ -354,16 +378,20 @@ class Block {
         keep(k);
     }
 
-    // Bring what was found back into the lane, and out.
+    // Bring what was found in one lane back into it, and out.
     void keep(int k) {
         const ImpactSolution& s = solution_;
+        kept_[k] = -1;
         for (int i = 0; i < model_.nv; ++i) dv_[i][k] = s.dv[i];
         for (std::size_t i = 0; i < s.multipliers.size(); ++i)
             multipliers_[i][k] = s.multipliers[i];
         const std::size_t points = lane_.points.size();
-        for (std::size_t i = 0; i < points; ++i)
-            for (int j = 0; j < 3; ++j)
-                impulses_[3 * lane_.contact_frame_of[i] + j][k] = s.contact.impulse[3 * i + j];
+        for (std::size_t i = 0; i < points; ++i) {
+            const int frame = lane_.contact_frame_of[i];
+            for (int j = 0; j < 3; ++j) impulses_[3 * frame + j][k] = s.contact.impulse[3 * i + j];
+            found_.before[frame][k] = s.before[3 * i + 2];
+            found_.after[frame][k] = s.contact.after[3 * i + 2];
+        }
         for (std::size_t i = 0; i < lane_.turning_of.size(); ++i)
             for (int j = 0; j < 3; ++j)
                 moments_[3 * lane_.contact_frame_of[lane_.turning_of[i]] + j][k] =
@@ -371,48 +399,13 @@ class Block {
         if (b_.out.constraint_impulses)
             std::copy(s.multipliers.begin(), s.multipliers.end(),
                       b_.out.constraint_impulses + (first_ + k) * s.multipliers.size());
-        if (b_.out.contact_impulses || b_.out.normal_components) write_contacts(first_ + k);
-    }
-
-    void write_gaps(std::size_t row) {
-        const std::size_t n = scene_.contacts.size();
-        double* gaps = b_.out.gaps + row * n;
-        std::fill(gaps, gaps + n, std::numeric_limits<double>::quiet_NaN());
-        for (const ContactFrame<double>& point : lane_.points)
-            if (!(gaps[point.entry] <= point.gap)) gaps[point.entry] = point.gap;
-    }
-
-    // By entry: the impulse in world axes (of a stop along its coordinate); and of the points that
-    // carry one the mean u_n before and after, and the sum of P_n.
-    void write_contacts(std::size_t row) {
-        const std::size_t n = scene_.contacts.size();
-        totals_.assign(6 * n, 0.0);
-        loaded_.assign(n, 0);
-        for (std::size_t i = 0; i < lane_.points.size(); ++i) {
-            const ContactFrame<double>& point = lane_.points[i];
-            const double* P = solution_.contact.impulse.data() + 3 * i;
-            double* to = totals_.data() + 6 * point.entry;
-            add_world_impulse(scene_, lane_, static_cast<int>(i), P, to);
-            if (P[0] == 0.0 && P[1] == 0.0 && P[2] == 0.0) continue;
-            ++loaded_[point.entry];
-            to[3] += solution_.before[3 * i + 2];
-            to[4] += solution_.contact.after[3 * i + 2];
-            to[5] += P[2];
-        }
-        for (std::size_t e = 0; e < n; ++e) {
-            const double* from = totals_.data() + 6 * e;
-            const double share = loaded_[e] > 0 ? 1.0 / loaded_[e] : 0.0;
-            const double normal[3] = {from[3] * share, from[4] * share, from[5]};
-            if (b_.out.contact_impulses)
-                std::copy(from, from + 3, b_.out.contact_impulses + 3 * (row * n + e));
-            if (b_.out.normal_components)
-                std::copy(normal, normal + 3, b_.out.normal_components + 3 * (row * n + e));
-        }
     }
 
     void write() {
-        write(dv_, b_.out.dv);
-        write(impulse_, b_.out.generalized_impulse);
+        const PackBits all = ~PackBits{};
+        const std::size_t nv = model_.nv;
+        write_rows(dv_, all, count_, row(b_.out.dv, nv));
+        write_rows(impulse_, all, count_, row(b_.out.generalized_impulse, nv));
         if (b_.out.energy_change) {
             Pack energy{};
             for (int i = 0; i < model_.nv; ++i) energy += impulse_[i] * (v_[i] + 0.5 * dv_[i]);
@@ -420,16 +413,7 @@ class Block {
         }
         if (b_.out.v_after) {
             for (int i = 0; i < model_.nv; ++i) v_[i] += dv_[i];
-            write(v_, b_.out.v_after);
-        }
-    }
-
-    void write(const std::vector<Pack>& x, double* out) const {
-        if (!out) return;
-        const std::size_t width = x.size();
-        for (int k = 0; k < count_; ++k) {
-            double* to = out + (first_ + k) * width;
-            for (std::size_t i = 0; i < width; ++i) to[i] = x[i][k];
+            write_rows(v_, all, count_, row(b_.out.v_after, nv));
         }
     }
 
@@ -478,9 +462,10 @@ class Block {
     GivenState state_[kLanes];
     StateRows lane_;
     ImpactSolution solution_;
-    std::vector<double> numbers_, totals_;
+    std::vector<double> numbers_;
     PointCoefficients coefficients_;
-    std::vector<int> loaded_;
+    PackBits kept_{}, has_directions_{};  // lanes that are written
+    ContactOutputs found_;
     Tree<double> lane_tree_;
     Derivation derivation_;
     ContactLanes contact_lanes_;

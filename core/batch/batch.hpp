@@ -1,5 +1,5 @@
-// Many states of one scene: eight side by side for the tree and its rows, each for itself in the
-// law of contact, on several threads.
+// Many states of one scene, eight side by side, on several threads; where contacts of the eight do
+// not act alike, each for itself in the law of contact.
 #pragma once
 
 #include <cstdint>

@@ -1,10 +1,10 @@
-// The impacts of eight states of a scene without bilateral rows: matrices, velocities and residuals
-// side by side, the law of contact lane by lane.
+// The impacts of eight states of a scene without bilateral rows, side by side; where their contacts
+// do not act alike, the law of contact lane by lane.
 #pragma once
 
 #include <vector>
 
-#include "impact/coefficients.hpp"
+#include "batch/alike_contacts.hpp"
 #include "impact/impact_steps.hpp"
 #include "scene/rows.hpp"
 
@@ -19,12 +19,12 @@ class ContactLanes {
     struct Lane {
         bool is_given = false;                                     // it takes part
         const double *restitution = nullptr, *friction = nullptr;  // see PointCoefficients
-        StateRows rows;                                            // its points
-        ContactSolution contact;
-        Status status = Status::solved;
+        Status status = Status::solved, of_law = Status::solved;
+        double residual = 0.0;  // of the law
     };
 
-    ContactLanes(const Scene& scene, const ContactLaw& law) : scene_(scene), law_(law) {}
+    ContactLanes(const Scene& scene, const ContactLaw& law)
+        : scene_(scene), law_(law), alike_(scene, law) {}
 
     // The frames of `rows` that touch in some lane that is given. False where they are too many.
     // `stays`: M and all rows are those of the call before, whose factors then serve again.
@@ -45,8 +45,8 @@ class ContactLanes {
         keeps_ = keeps_ && stays && frames_ == frames_before_;
         count_ = 3 * static_cast<int>(frames_.size() + turning_.size());
         if (count_ > kMostRows) return false;
-        for (int k = 0; k < kLanes; ++k)
-            if (lanes[k].is_given) rows.extract_points(tree, k, lanes[k].rows);
+        tree_ = &tree;
+        points_ = &rows;
         if (keeps_) return true;
         const std::size_t block = 3 * scene_.model->nv;
         J_.resize(count_ / 3 * block);
@@ -69,18 +69,17 @@ class ContactLanes {
         std::copy(half_.begin(), half_.end(), steps.half);
         std::copy(shared_W_.begin(), shared_W_.end(), steps.W);
         steps.set_free();
+        P_.assign(count_, Pack{});
+        after_ = P_;
+        shares_.assign(count_ / 3, Pack{});
+        const PackBits solved = solve_alike(steps, lanes);
         bool has_answer[kLanes] = {};
         for (int k = 0; k < kLanes; ++k) {
             if (!lanes[k].is_given) continue;
-            const StateRows& own = lanes[k].rows;
-            const bool has_directions = own.without_line < 0 && own.without_ellipse < 0;
-            lanes[k].status = !has_directions ? Status::refused
-                              : weak_[k] >= 0 ? Status::singular_mass
-                                              : Status::solved;
-            if (lanes[k].status != Status::solved) continue;
-            take_lane(steps, lanes[k], k);
-            has_answer[k] = solve_law(steps, lanes[k], k);
+            has_answer[k] = solved[k] != 0 || solve_lane(steps, lanes[k], k);
         }
+        std::copy(P_.begin(), P_.end(), steps.P);
+        std::copy(after_.begin(), after_.end(), steps.after);
         Pack* change = scratch().allocate_of<Pack>(nv);
         const auto respond = [&] {
             steps.add_impulses(change);
@@ -90,9 +89,12 @@ class ContactLanes {
         steps.refine(
             has_answer,
             [&](int k) {
-                for (std::size_t i = 0; i < lane_[k].size(); ++i)
-                    free_[k][i] = steps.free[lane_[k][i]][k];
-                return solve_law(steps, lanes[k], k);
+                const bool has = solve_lane(steps, lanes[k], k);
+                for (int r = 0; r < count_; ++r) {
+                    steps.P[r][k] = P_[r][k];
+                    steps.after[r][k] = after_[r][k];
+                }
+                return has;
             },
             respond,
             [&] {
@@ -100,11 +102,31 @@ class ContactLanes {
                 steps.sharpen(mass_, change);
             });
         std::copy(steps.dv, steps.dv + nv, dv);
+        before_.assign(steps.before, steps.before + count_);
         judge(steps, lanes);
     }
 
-    // (rows) u⁻ of a lane's points and of those that turn.
-    const std::vector<double>& before(int k) const { return before_[k]; }
+    // The contact frames of `choose`, and which of them turn.
+    const std::vector<int>& frames() const { return frames_; }
+    const std::vector<int>& turning() const { return turning_; }
+    // (rows) u⁻, P and u⁺ of the frames, then of those that turn.
+    const std::vector<Pack>& before() const { return before_; }
+    const std::vector<Pack>& P() const { return P_; }
+    const std::vector<Pack>& after() const { return after_; }
+
+    // The law's answer at the points of one lane.
+    ContactSolution solution(const StateRows& points, const Lane& lane, int k) {
+        find_rows(points);
+        ContactSolution found;
+        for (int r : own_) {
+            found.impulse.push_back(P_[r][k]);
+            found.after.push_back(after_[r][k]);
+            if (r % 3 == 0) found.unique.push_back(shares_[r / 3][k] <= tolerance::shared);
+        }
+        found.status = lane.of_law;
+        found.residual = lane.residual;
+        return found;
+    }
 
   private:
     // Factor M, and half-solve the rows that touch.
@@ -119,57 +141,96 @@ class ContactLanes {
         keeps_ = true;
     }
 
-    // The problem of one lane: the rows of its points, among those of all lanes.
-    void take_lane(ImpactSteps<Pack>& steps, Lane& lane, int k) {
-        std::vector<int>& own = lane_[k];
-        own.clear();
+    // The lanes solved side by side.
+    PackBits solve_alike(const ImpactSteps<Pack>& steps, Lane* lanes) {
+        entries_.clear();
+        PackBits todo{}, gains{};
+        for (int k = 0; k < kLanes; ++k)
+            todo[k] = -(lanes[k].is_given && points_->has_line[k] && weak_[k] < 0);
+        for (int frame : frames_) {
+            const ContactFrame<Pack>& own = points_->contact_frames[frame];
+            entries_.push_back(own.entry);
+            for (int k = 0; k < kLanes; ++k) todo[k] &= -own.closed[k];
+        }
+        const double *e[kLanes], *mu[kLanes];
+        for (int k = 0; k < kLanes; ++k) {
+            e[k] = lanes[k].restitution;
+            mu[k] = lanes[k].friction;
+        }
+        if (!alike_.set(entries_, e, mu)) return gains;
+        Pack residual{};
+        const PackBits solved = alike_.solve(steps.W, steps.before, steps.free, todo, P_.data(),
+                                             after_.data(), shares_.data(), residual, gains);
+        for (int k = 0; k < kLanes; ++k) {
+            if (!solved[k]) continue;
+            lanes[k].status = lanes[k].of_law = gains[k] ? Status::energy_gain : Status::solved;
+            lanes[k].residual = residual[k];
+        }
+        return solved;
+    }
+
+    // True if the law has an answer in one lane.
+    bool solve_lane(ImpactSteps<Pack>& steps, Lane& lane, int k) {
+        points_->extract_points(*tree_, k, lane_);
+        const bool has_directions = lane_.without_line < 0 && lane_.without_ellipse < 0;
+        lane.status = !has_directions ? Status::refused
+                      : weak_[k] >= 0 ? Status::singular_mass
+                                      : Status::solved;
+        if (lane.status != Status::solved) return false;
+        find_rows(lane_);
+        const std::size_t n = own_.size();
+        numbers_.resize(n * n + 2 * n);
+        double *W = numbers_.data(), *before = W + n * n, *free = before + n;
+        for (int r = 0; r < steps.rows; ++r) steps.in_use[r][k] = 0.0;
+        for (int r : own_) steps.in_use[r][k] = 1.0;
+        for (std::size_t i = 0; i < n; ++i) {
+            before[i] = steps.before[own_[i]][k];
+            free[i] = steps.free[own_[i]][k];
+            for (std::size_t j = 0; j < n; ++j)
+                W[i * n + j] = steps.W[own_[i] * steps.rows + own_[j]][k];
+        }
+        ContactProblem p;
+        p.W = W;
+        p.before = before;
+        p.free = free;
+        coefficients_.set(law_, lane_, lane.restitution, lane.friction, nullptr, p);
+        return solve_law(p, lane, k);
+    }
+
+    // The rows of a lane's points among those of all lanes.
+    void find_rows(const StateRows& points) {
+        own_.clear();
         const auto add = [&](std::size_t block) {
-            for (int j = 0; j < 3; ++j) own.push_back(static_cast<int>(3 * block) + j);
+            for (int j = 0; j < 3; ++j) own_.push_back(static_cast<int>(3 * block) + j);
         };
         std::size_t at = 0;
-        for (int frame : lane.rows.contact_frame_of) {
+        for (int frame : points.contact_frame_of) {
             while (frames_[at] != frame) ++at;
             add(at);
         }
         at = 0;
-        for (int point : lane.rows.turning_of) {
-            while (frames_[turning_[at]] != lane.rows.contact_frame_of[point]) ++at;
+        for (int point : points.turning_of) {
+            while (frames_[turning_[at]] != points.contact_frame_of[point]) ++at;
             add(frames_.size() + at);
         }
-        const std::size_t n = own.size();
-        for (int r = 0; r < steps.rows; ++r) steps.in_use[r][k] = 0.0;
-        for (int r : own) steps.in_use[r][k] = 1.0;
-        W_[k].resize(n * n);
-        before_[k].resize(n);
-        free_[k].resize(n);
-        for (std::size_t i = 0; i < n; ++i) {
-            before_[k][i] = steps.before[own[i]][k];
-            free_[k][i] = steps.free[own[i]][k];
-            for (std::size_t j = 0; j < n; ++j)
-                W_[k][i * n + j] = steps.W[own[i] * steps.rows + own[j]][k];
-        }
-        ContactProblem& p = problems_[k];
-        p = ContactProblem();
-        p.W = W_[k].data();
-        p.before = before_[k].data();
-        p.free = free_[k].data();
-        coefficients_[k].set(law_, lane.rows, lane.restitution, lane.friction, nullptr, p);
     }
 
     // True if the law has an answer, which is then in its lane.
-    bool solve_law(ImpactSteps<Pack>& steps, Lane& lane, int k) {
-        lane.contact =
-            lane_[k].empty() ? ContactSolution() : solve_contacts(problems_[k], law_.law);
-        if (!lane.contact.refused.empty()) {
+    bool solve_law(const ContactProblem& problem, Lane& lane, int k) {
+        const ContactSolution found =
+            own_.empty() ? ContactSolution() : solve_contacts(problem, law_.law);
+        if (!found.refused.empty()) {
             lane.status = Status::refused;
             return false;
         }
-        for (std::size_t i = 0; i < lane_[k].size(); ++i) {
-            steps.P[lane_[k][i]][k] = lane.contact.impulse[i];
-            steps.after[lane_[k][i]][k] = lane.contact.after[i];
+        for (std::size_t i = 0; i < own_.size(); ++i) {
+            P_[own_[i]][k] = found.impulse[i];
+            after_[own_[i]][k] = found.after[i];
+            shares_[own_[i] / 3][k] = found.unique[i / 3] ? 0.0 : 1.0;
         }
-        lane.status = lane.contact.status;
-        return lane.contact.status < Status::no_solution;
+        lane.status = lane.of_law = found.status;
+        lane.residual = found.residual;
+        return found.status < Status::no_solution;
     }
 
     // The status of each lane by its residuals.
@@ -179,25 +240,29 @@ class ContactLanes {
         const Pack contact = steps.contact_residual(speeds, 3 * static_cast<int>(frames_.size()));
         for (int k = 0; k < kLanes; ++k) {
             if (!lanes[k].is_given || lanes[k].status != Status::solved) continue;
-            const double worst = std::max({momentum[k], lanes[k].contact.residual, contact[k]});
+            const double worst = std::max({momentum[k], lanes[k].residual, contact[k]});
             if (!(worst <= tolerance::residual)) lanes[k].status = Status::inaccurate;
         }
     }
 
     const Scene& scene_;
     const ContactLaw& law_;
+    AlikeContacts alike_;
+    const Tree<Pack>* tree_ = nullptr;
+    const Rows<Pack>* points_ = nullptr;
     MassFactorOf<Pack> mass_;
-    std::vector<int> frames_, turning_;  // that touch; which of them turn
+    std::vector<int> frames_, turning_, entries_;  // that touch; which of them turn; contacts
     std::vector<int> frames_before_, touched_;
     int weak_[kLanes];    // degrees of freedom without mass
     bool keeps_ = false;  // what was factored serves again
     std::vector<Pack> half_, shared_W_;
     int count_ = 0;  // rows of all
-    std::vector<Pack> J_;
-    std::vector<int> lane_[kLanes];  // the rows of each lane
-    std::vector<double> W_[kLanes], before_[kLanes], free_[kLanes];
-    ContactProblem problems_[kLanes];
-    PointCoefficients coefficients_[kLanes];
+    std::vector<Pack> J_, before_, P_, after_, shares_;
+    // One lane: its points, their rows among all, and its problem.
+    StateRows lane_;
+    std::vector<int> own_;
+    std::vector<double> numbers_;
+    PointCoefficients coefficients_;
 };
 
 }  // namespace impulsekit

@@ -39,8 +39,8 @@ void write_back(const ConeSystemOf<S>& s, const ConesOf<S>& cones, const S* own,
 }
 
 // The same of one state where not all that acts sticks, and whether nothing obeys.
-void solve_beyond_sticking(const ConeSystem& s, Held& held, double* P, double* shares, int& steps,
-                           Arena& arena);
+void solve_beyond_sticking(const ConeSystem& s, HeldRows& held, double* P, double* shares,
+                           int& steps, Arena& arena);
 bool is_infeasible(const double* W, int rows, const double* b, double scale, const Cones& cones,
                    Arena& arena);
 
@@ -53,7 +53,7 @@ ConeSolutionOf<S> solve_cones(const S* W, int rows, const S* b, const S& scale,
     const ConeSystemOf<S> s = build_system(W, rows, b, scale, cones, alike, arena);
     ConeSolutionOf<S> solution;
     S *own = arena.allocate_of<S>(s.rows), *shared = arena.allocate_of<S>(s.rows);
-    HeldOf<S> held(s, arena);
+    HeldRowsOf<S> held(s, arena);
     const bool sticks = solve_from_sticking(s, held, own, solution.steps, alike, arena);
     if (sticks && held.is_redundant()) find_shares(s, own, held, shared, alike, arena);
     if constexpr (Number<S>::lanes == 1)

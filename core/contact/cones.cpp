@@ -35,8 +35,8 @@ bool is_infeasible(const double* W, int rows, const double* b, double scale, con
     return size > kBeyond && -dot(d, s.b, s.rows) / size > kBeyond * largest(velocity, s.rows);
 }
 
-void solve_beyond_sticking(const ConeSystem& s, Held& held, double* P, double* shares, int& steps,
-                           Arena& arena) {
+void solve_beyond_sticking(const ConeSystem& s, HeldRows& held, double* P, double* shares,
+                           int& steps, Arena& arena) {
     start_without_noise(s, held, P, steps, arena);
     solve_redundant(s, held, P, steps, arena);
     Alike<double> alike;

@@ -17,7 +17,7 @@ constexpr double kFall = 1e-2;
 // Rows that are still in the limit of rigidity: their velocities fall with the compliance from that
 // of `softer` to that of P, by `kFall`, and others stay.
 void find_still(const ConeSystem& s, const double* softer, const double* P, double compliance,
-                Held& held, Arena& arena) {
+                HeldRows& held, Arena& arena) {
     Arena::Scope scope(arena);
     double *before = arena.allocate(s.rows), *now = arena.allocate(s.rows);
     multiply(s.A, s.rows, softer, s.b, before);
@@ -40,7 +40,7 @@ void find_still(const ConeSystem& s, const double* softer, const double* P, doub
 
 }  // namespace
 
-bool solve_redundant(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
+bool solve_redundant(const ConeSystem& s, HeldRows& held, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     const int m = s.rows;
     double *soft = arena.allocate(m, m), *softer = arena.allocate(m), *firm = arena.allocate(m);
@@ -66,7 +66,7 @@ bool solve_redundant(const ConeSystem& s, Held& held, double* P, int& steps, Are
     return solved;
 }
 
-void start_without_noise(const ConeSystem& s, Held& held, double* P, int& steps, Arena& arena) {
+void start_without_noise(const ConeSystem& s, HeldRows& held, double* P, int& steps, Arena& arena) {
     Arena::Scope scope(arena);
     ConeSystem clear = s;
     clear.b = arena.allocate(s.rows);

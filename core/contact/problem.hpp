@@ -63,12 +63,12 @@ struct ContactProblemOf {
     const S* tangential = nullptr;       // (contacts) e_t
     const S* stiffness = nullptr;        // (contacts) k, for "lzb"; else null
     const S* stiffness_ratio = nullptr;  // (contacts) tangential over normal; else null
-    const S* damping = nullptr;          // (contacts) of tangential springs; null where none has any
-    const S* adhesion = nullptr;         // (contacts) largest pull [N s]; null where none holds
-    const int* turning_of = nullptr;     // (turning) the contact
-    const S* rolling = nullptr;          // (turning) [m]
-    const S* torsion = nullptr;          // (turning) [m]
-    const Friction* models = nullptr;    // (contacts); null where all are numbers
+    const S* damping = nullptr;        // (contacts) of tangential springs; null where none has any
+    const S* adhesion = nullptr;       // (contacts) largest pull [N s]; null where none holds
+    const int* turning_of = nullptr;   // (turning) the contact
+    const S* rolling = nullptr;        // (turning) [m]
+    const S* torsion = nullptr;        // (turning) [m]
+    const Friction* models = nullptr;  // (contacts); null where all are numbers
 
     int rows() const { return 3 * (contacts + turning); }
 };

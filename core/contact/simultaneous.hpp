@@ -150,8 +150,8 @@ void solve_simultaneous(const ContactProblemOf<S>& problem, const Law& law, Simu
         to.has_none = newton && !found.infeasible && !(found.residual <= tolerance::residual) &&
                       try_all_modes(problem, law, xi, scale, cones, to.impulse, found);
     multiply(problem.W, rows, to.impulse, problem.free, to.after);
-    add_works(problem, to.impulse, newton ? problem.before : problem.free, to.after,
-              to.normal_work, to.friction_work);
+    add_works(problem, to.impulse, newton ? problem.before : problem.free, to.after, to.normal_work,
+              to.friction_work);
     to.residual = found.residual;
     to.iterations = found.steps;
     if (!newton) release(problem, cones, scale, to, found, alike);

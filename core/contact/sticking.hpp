@@ -9,14 +9,14 @@ namespace impulsekit {
 
 // Held rows, and the pivoted factor of their D^-½ A D^-½, D the shares of a compliance.
 template <typename S>
-struct HeldOf {
+struct HeldRowsOf {
     int count = 0, rank = 0;
     bool is_factored = false;  // the factor is that of these rows
     int *rows = nullptr, *order = nullptr;
     S *root = nullptr, *factor = nullptr;  // D^½ (count), (count, count)
     S* projector = nullptr;                // (count, count) N onto its null space
 
-    HeldOf(const ConeSystemOf<S>& s, Arena& arena)
+    HeldRowsOf(const ConeSystemOf<S>& s, Arena& arena)
         : rows(arena.allocate_int(s.rows)),
           order(arena.allocate_int(s.rows * Number<S>::lanes)),
           root(arena.allocate_of<S>(s.rows)),
@@ -26,7 +26,7 @@ struct HeldOf {
     bool is_redundant() const { return rank < count; }
 };
 
-using Held = HeldOf<double>;
+using HeldRows = HeldRowsOf<double>;
 
 // Rows that P − ξ holds: normals above their floors, and groups within their cones; with those that
 // rounding of P by `slack` would hold. States side by side must hold `expected` (rows).
@@ -67,7 +67,7 @@ int acting_rows(const ConeSystemOf<S>& s, const S* xi, int* held, Alike<S>& alik
 }
 
 template <typename S>
-void factor_held(const ConeSystemOf<S>& s, HeldOf<S>& held, Alike<S>& alike, Arena& arena) {
+void factor_held(const ConeSystemOf<S>& s, HeldRowsOf<S>& held, Alike<S>& alike, Arena& arena) {
     const int n = held.count;
     for (int i = 0; i < n; ++i) held.root[i] = root(s.mobility_ratio[held.rows[i]]);
     for (int i = 0; i < n; ++i)
@@ -82,7 +82,7 @@ void factor_held(const ConeSystemOf<S>& s, HeldOf<S>& held, Alike<S>& alike, Are
 // P of all held rows sticking, from a P and its ξ. Of what can be shared it is the least in the
 // metric D, of equally stiff springs.
 template <typename S>
-void stick(const HeldOf<S>& held, const S* xi, S* P, Arena& arena) {
+void stick(const HeldRowsOf<S>& held, const S* xi, S* P, Arena& arena) {
     Arena::Scope scope(arena);
     const int n = held.count;
     S* x = arena.allocate_of<S>(n);
@@ -97,7 +97,7 @@ void stick(const HeldOf<S>& held, const S* xi, S* P, Arena& arena) {
 
 // (rows) 1 where a row is held.
 template <typename S>
-const char* marked(const ConeSystemOf<S>& s, const HeldOf<S>& held, Arena& arena) {
+const char* marked(const ConeSystemOf<S>& s, const HeldRowsOf<S>& held, Arena& arena) {
     char* is_held = arena.allocate_of<char>(s.rows);
     for (int i = 0; i < held.count; ++i) is_held[held.rows[i]] = 1;
     return is_held;
@@ -106,7 +106,7 @@ const char* marked(const ConeSystemOf<S>& s, const HeldOf<S>& held, Arena& arena
 // True if a P holds what it was thought to, a part of which is of full rank as the whole is; then
 // `held` has what it holds.
 template <typename S>
-bool holds_as_thought(const ConeSystemOf<S>& s, const S* P, const S* xi, HeldOf<S>& held,
+bool holds_as_thought(const ConeSystemOf<S>& s, const S* P, const S* xi, HeldRowsOf<S>& held,
                       Alike<S>& alike, Arena& arena) {
     Arena::Scope scope(arena);
     int* before = arena.allocate_int(held.count);
@@ -122,7 +122,7 @@ bool holds_as_thought(const ConeSystemOf<S>& s, const S* P, const S* xi, HeldOf<
 // P by one factorization where all that acts sticks; of one state Newton's method goes on from
 // there if rows are of full rank. False where neither is the answer.
 template <typename S>
-bool solve_from_sticking(const ConeSystemOf<S>& s, HeldOf<S>& held, S* P, int& steps,
+bool solve_from_sticking(const ConeSystemOf<S>& s, HeldRowsOf<S>& held, S* P, int& steps,
                          Alike<S>& alike, Arena& arena) {
     Arena::Scope scope(arena);
     S *xi = arena.allocate_of<S>(s.rows), *F = arena.allocate_of<S>(s.rows);
@@ -150,13 +150,14 @@ bool solve_from_sticking(const ConeSystemOf<S>& s, HeldOf<S>& held, S* P, int& s
 // (rows) the square of each held row in the null space of all of them: what can be shared
 // otherwise. What touches without load could bear some.
 template <typename S>
-void find_shares(const ConeSystemOf<S>& s, const S* P, HeldOf<S>& held, S* shares, Alike<S>& alike,
-                 Arena& arena) {
+void find_shares(const ConeSystemOf<S>& s, const S* P, HeldRowsOf<S>& held, S* shares,
+                 Alike<S>& alike, Arena& arena) {
     Arena::Scope scope(arena);
     S* xi = arena.allocate_of<S>(s.rows);
     int* touching = arena.allocate_int(s.rows);
     multiply(s.A, s.rows, P, s.b, xi);
-    const int count = held_rows(s, P, xi, tolerance::at_rest, marked(s, held, arena), touching, alike);
+    const int count =
+        held_rows(s, P, xi, tolerance::at_rest, marked(s, held, arena), touching, alike);
     if (!held.is_factored ||
         !std::equal(touching, touching + count, held.rows, held.rows + held.count)) {
         std::copy(touching, touching + count, held.rows);

@@ -79,27 +79,18 @@ void solve_scene(const Scene& scene, const ContactLaw& law, const double* restit
     if (impact.is_solved()) drop_yielded(scene.model->nv, impact);
 }
 
-void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
-                       double* to) {
-    const ContactFrame<double>& own = rows.points[point];
-    if (scene.contacts[own.entry].kind == Contact::stop) {
-        to[0] += own.sign * P[2];
-        return;
-    }
-    const Vec3<double> world = own.axes * Vec3<double>{P[0], P[1], P[2]};
-    to[0] += world.x;
-    to[1] += world.y;
-    to[2] += world.z;
-}
-
 std::vector<double> contact_impulses(const Scene& scene, const SceneImpact& impact) {
     std::vector<double> found(3 * scene.contacts.size());
     if (!impact.is_solved()) return found;
     const std::vector<ContactFrame<double>>& points = impact.rows.points;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        add_world_impulse(scene, impact.rows, static_cast<int>(i),
-                          impact.solution.contact.impulse.data() + 3 * i,
-                          found.data() + 3 * points[i].entry);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double* P = impact.solution.contact.impulse.data() + 3 * i;
+        const Vec3<double> world = world_impulse(scene, points[i], {P[0], P[1], P[2]});
+        double* to = found.data() + 3 * points[i].entry;
+        to[0] += world.x;
+        to[1] += world.y;
+        to[2] += world.z;
+    }
     return found;
 }
 

@@ -35,9 +35,12 @@ ImpactProblem problem_of(const Scene& scene, const ContactLaw& law, const double
 // The problem of a scene's rows but for M, v, impulses and coefficients.
 ImpactProblem problem_of(const Scene& scene, const StateRows& rows, const Law& law);
 
-// Add the impulse P (3) of a point in world axes; of a stop along its coordinate, then two zeros.
-void add_world_impulse(const Scene& scene, const StateRows& rows, int point, const double* P,
-                       double* to);
+// The impulse P of a point in world axes; of a stop along its coordinate, then two zeros.
+template <typename S>
+Vec3<S> world_impulse(const Scene& scene, const ContactFrame<S>& point, const Vec3<S>& P) {
+    if (scene.contacts[point.entry].kind == Contact::stop) return {point.sign * P.z, S{}, S{}};
+    return point.axes * P;
+}
 // (contacts, 3) the impulses of a scene's contacts in world axes; zero where it was refused.
 std::vector<double> contact_impulses(const Scene& scene, const SceneImpact& impact);
 

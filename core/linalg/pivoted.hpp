@@ -14,8 +14,7 @@ namespace impulsekit {
 template <typename S>
 S gathered(const S* x, const int* at) {
     S y{};
-    for (int l = 0; l < Number<S>::lanes; ++l)
-        Number<S>::set(y, l, Number<S>::get(x[at[l]], l));
+    for (int l = 0; l < Number<S>::lanes; ++l) Number<S>::set(y, l, Number<S>::get(x[at[l]], l));
     return y;
 }
 

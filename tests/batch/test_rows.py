@@ -11,7 +11,7 @@ import pytest
 
 import impulsekit as ik
 
-from .compare import random_states, worst_difference
+from .compare import random_states, scene_of_row, worst_difference
 
 pytestmark = pytest.mark.filterwarnings("ignore::impulsekit.errors.SetupWarning")
 COUNT = 9
@@ -256,6 +256,70 @@ def test_rows_at_one_configuration_have_the_bits_of_each_alone(name):
         )
         for part in ("status", *parts):
             np.testing.assert_array_equal(getattr(batch, part)[i], getattr(alone, part)[0])
+
+
+def apart() -> Case:
+    """Two balls that do not act on each other."""
+    both = ik.combine(a=ball(), b=ball())
+    return scene(
+        both,
+        contacts=[ik.Contact(name, friction=0.4, restitution=0.5) for name in ("a/ball", "b/ball")],
+        varying={"friction": rng().choice([0.0, 0.3, 2.0], (COUNT, 2))},
+    )
+
+
+def soles() -> Case:
+    """Corners of two soles: more rows than ways to move."""
+    talos = ik.Robot.from_example("talos", root="freeflyer")
+    contacts = [
+        ik.Contact(f"{side}_sole_link", at=[x, y, 0], friction=0.7, restitution=0.2)
+        for side in ("left", "right")
+        for x, y in ((0.1, 0.06), (0.1, -0.06), (-0.1, 0.06), (-0.1, -0.06))
+    ]
+    return scene(talos, contacts=contacts, spread=0.02, down=2.0)
+
+
+def limits() -> Case:
+    """A joint at its limit in some rows, beside a foot."""
+    found = scene(
+        solo(),
+        contacts=[*feet("FL_FOOT", friction=0.8), ik.JointStop("HR_KFE", lower=-1, upper=1)],
+    )
+    found[1][:, -1] = [-1.0, 0.0, 1.0] * (COUNT // 3)
+    return found
+
+
+ALIKE: dict[str, Callable[[], Case]] = {
+    "one foot": lambda: scene(solo(), contacts=feet("FL_FOOT", friction=0.8)),
+    "four feet": lambda: scene(
+        solo(),
+        contacts=feet("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT", friction=0.8, restitution=0.3),
+        spread=0.3,
+        down=1.0,
+    ),
+    "smooth feet": lambda: scene(solo(), contacts=feet("FL_FOOT", "HR_FOOT"), down=0.5),
+    "balls apart": apart,
+    "soles": soles,
+    "limits": limits,
+}
+
+
+@pytest.mark.parametrize("restitution", ["newton", "poisson"])
+@pytest.mark.parametrize("name", ALIKE)
+def test_rows_side_by_side_have_the_bits_of_each_alone(name, restitution):
+    """Rows stick, slip, part and touch in all mixtures."""
+    own, q, v, given = ALIKE[name]()
+    own = own.replace(law=ik.Law(restitution))
+    at, rows = rng().integers(0, COUNT, (2, 64))
+    parts = ("dv", "contact_impulses", "normal_components", "gaps", "energy_change")
+    batch = ik.solve_batch(own, q[at], v[rows], **chosen(given, rows), outputs=parts, threads=1)
+    for i, (a, b) in enumerate(zip(at, rows, strict=True)):
+        more = chosen(given, rows[i : i + 1])
+        alone = ik.solve_batch(own, q[a : a + 1], v[b : b + 1], **more, outputs=parts)
+        for part in ("status", *parts):
+            np.testing.assert_array_equal(getattr(batch, part)[i], getattr(alone, part)[0])
+        state = scene_of_row(own, 0, **more)
+        np.testing.assert_array_equal(batch.dv[i], ik.solve(state, q[a], v[b]).dv)
 
 
 def test_a_row_that_cannot_be_is_flagged_and_the_others_solved():
