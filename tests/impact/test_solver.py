@@ -89,11 +89,12 @@ def test_threads_do_not_meet(talos):
 
 def test_a_scene_is_freed_with_all_that_was_made_of_it():
     ball = ik.Robot.from_urdf("models/ball.urdf", root="freeflyer")
-    scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5)])
-    q, v = ball.neutral(), ball.velocity(root_joint=[0, 0, -1, 0, 0, 0])
+    scene = ik.Scene(ball, contacts=[ik.Contact("ball", restitution=0.5)], gap_bound=1)
+    q = ball.configuration(root_joint=[0, 0, 0.01, 0, 0, 0, 1])
+    v = ball.velocity(root_joint=[0, 0, -1, 0, 0, 0])
     motion = ik.simulate(scene, q, v, 0.05)
     gone = [weakref.ref(scene), weakref.ref(motion.impacts[0][1].scene)]
-    ik.solve(scene, q, v)
+    ik.solve(scene, motion.impacts[0][1].q, v)
     ik.solve_batch(scene, q[None], v[None])
     del scene, motion
     gc.collect()
