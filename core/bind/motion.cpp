@@ -184,9 +184,10 @@ void run_while(Motion& motion, double horizon, const nb::object& on_time, bool e
     }
 }
 
-// On to a time, at least.
-void run(Motion& motion, double until, double horizon, const nb::object& on_time, bool each_step) {
+// On to a time, at least; whether it goes on from there.
+bool run(Motion& motion, double until, double horizon, const nb::object& on_time, bool each_step) {
     run_while(motion, horizon, on_time, each_step, [&] { return motion.now.t < until; });
+    return motion.ended == Ended::not_yet;
 }
 
 void run_to_impact(Motion& motion, double until, double horizon) {
@@ -269,14 +270,16 @@ void bind_motion(nb::module_& module) {
         .def("begin", &begin, nb::arg("v"), nb::arg("gaps"))
         .def(
             "copy", [](const Motion& self) { return Motion(self); }, nb::keep_alive<0, 1>())
-        .def("rewind", &rewind_to, nb::arg("at"))
         .def("forget", &forget_before, nb::arg("before"))
         .def(
             "control",
-            [](Motion& m, const Array& torques) {
-                control(m, data_of(torques, m.nv(), "torques"));
+            [](Motion& m, double at, const Array& torques) {
+                const double* own = data_of(torques, m.nv(), "torques");
+                rewind_to(m, at);
+                control(m, own);
             },
-            nb::arg("torques"))
+            nb::arg("at"), nb::arg("torques"),
+            "Set torques from a time on; what came after is lost.")
         .def("state", &arrays_at, nb::arg("at"))
         .def(
             "samples",

@@ -166,7 +166,8 @@ class Simulation(Displayed):
             >>> sim.control([0, 2, 0, 0, 0, 0, 0, 0, 0]).controls["panda_joint2"]
             2.0
         """
-        self._controls.set_all(array_of(torques, (self._followed.scene.robot.nv,), "control"))
+        controls = self._controls
+        controls.set_all(array_of(torques, controls.torques.shape, "control"))
         return self
 
     @property
@@ -222,7 +223,7 @@ class Simulation(Displayed):
             RangeError, NotFiniteError: no time, or one below 0.
             SolveError: the motion cannot be followed so far; ``t`` is where it ended.
         """
-        return self._run_until(self._t + number(dt, "dt"))
+        return self._run_until(self._later(self._t + number(dt, "dt")))
 
     @_alone
     def run_until(self, t: float) -> Simulation:
@@ -232,17 +233,17 @@ class Simulation(Displayed):
             RangeError, NotFiniteError: no time, or one in the past.
             SolveError: the motion cannot be followed so far; ``t`` is where it ended.
         """
-        return self._run_until(t)
+        return self._run_until(self._later(number(t, "t")))
 
     def _run_until(self, t: float) -> Simulation:
-        t = self._checked(t)
         # Torques that are set at each step will change again at its end.
-        horizon = t if self.controls.changed else self._horizon(t)
+        horizon = t if self._controls.changed else self._horizon(t)
         core = self._obeying()
         if core.t < t:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                core.run(t, horizon, None, False)
-            self._stop_at(t)
+                goes_on = core.run(t, horizon, None, False)
+            if not goes_on:
+                self._stop_at(t)
         self._t = t
         return self
 
@@ -258,7 +259,7 @@ class Simulation(Displayed):
             SolveError: the motion cannot be followed so far; ``t`` is where it ended.
         """
         duration = self._followed.settings.duration
-        t = self._checked(self._t + duration if until is None else until)
+        t = self._later(self._t + duration if until is None else number(until, "t"))
         core = self._obeying()
         known = bisect_right(core.impact_times, self._t)
         if known == len(core.impact_times) and core.t < t:
@@ -323,8 +324,8 @@ class Simulation(Displayed):
     def _impacts(self) -> Impacts:
         return Impacts(self._followed.impacts(self._t)())
 
-    def _checked(self, t: float) -> float:
-        t = number(t, "t")
+    def _later(self, t: float) -> float:
+        """Return a time, which is not in the past."""
         if t < self._t:
             raise RangeError.of("t", t, f"{self._t:g} s, the time reached, or later")
         return t
@@ -338,10 +339,10 @@ class Simulation(Displayed):
         core, self._state = self._followed.core, None
         if not self._record:
             core.forget(self._t)
-        if self.controls.changed:
-            self.controls.changed = False
-            core.rewind(self._t)
-            core.control(self.controls.torques)
+        controls = self._controls
+        if controls.changed:
+            controls.changed = False
+            core.control(self._t, controls.torques)
         return core
 
     def _stop_at(self, wanted: float) -> None:
@@ -379,8 +380,8 @@ class Controls(MutableMapping[str, Any]):
         return twin
 
     def set_all(self, torques: np.ndarray) -> None:
-        """Set all torques (nv,)."""
-        self.torques[:] = torques
+        """Set all torques (nv,), which are kept."""
+        self.torques = torques
         self.changed = True
 
     def update(self, other: Any = (), /, **torques: Any) -> None:
