@@ -4,6 +4,7 @@
 
 #include "contact/compliant.hpp"
 #include "contact/friction.hpp"
+#include "contact/islands.hpp"
 #include "contact/lzb.hpp"
 #include "contact/path.hpp"
 #include "contact/problem.hpp"
@@ -29,37 +30,6 @@ ContactSolution empty_solution(const ContactProblem& problem) {
     return solution;
 }
 
-// The contacts that W couples with each other: (contacts) number of each one's island.
-int find_islands(const ContactProblem& problem, std::vector<int>& island) {
-    const int n = problem.contacts, rows = problem.rows();
-    island.assign(n, -1);
-    int count = 0;
-    std::vector<int> queue;
-    for (int start = 0; start < n; ++start) {
-        if (island[start] >= 0) continue;
-        island[start] = count;
-        queue.assign(1, start);
-        while (!queue.empty()) {
-            int i = queue.back();
-            queue.pop_back();
-            int from = problem.friction[i] > tolerance::negligible ? 0 : 2;
-            for (int j = 0; j < n; ++j) {
-                if (island[j] >= 0) continue;
-                int to = problem.friction[j] > tolerance::negligible ? 0 : 2;
-                bool coupled = false;
-                for (int k = from; k < 3; ++k)
-                    for (int l = to; l < 3; ++l)
-                        coupled = coupled || problem.W[(3 * i + k) * rows + 3 * j + l] != 0.0;
-                if (!coupled) continue;
-                island[j] = count;
-                queue.push_back(j);
-            }
-        }
-        ++count;
-    }
-    return count;
-}
-
 // The worse of two statuses, those of no answer last.
 Status worse(Status a, Status b) { return static_cast<int>(a) > static_cast<int>(b) ? a : b; }
 
@@ -71,7 +41,7 @@ ContactSolution solve_islands(const ContactProblem& problem, const Law& law,
     for (int number = 0; number < count; ++number) {
         std::vector<int> members;
         for (int i = 0; i < n; ++i)
-            if (island[i] == number) members.push_back(i);
+            if (island[3 * i + 2] == number) members.push_back(i);
         const int own = static_cast<int>(members.size());
         std::vector<double> W(9 * own * own), before(3 * own), free(3 * own), numbers(7 * own);
         for (int a = 0; a < own; ++a) {
@@ -224,8 +194,11 @@ ContactSolution solve_plain(const ContactProblem& problem, const Law& law) {
 // One µ by contact.
 ContactSolution solve_numbers(const ContactProblem& problem, const Law& law) {
     if (problem.turning == 0 && problem.contacts > 1) {
-        std::vector<int> island;
-        int count = find_islands(problem, island);
+        const int rows = problem.rows();
+        std::vector<int> owner(rows), island(rows);
+        for (int r = 0; r < rows; ++r)
+            owner[r] = r % 3 == 2 || problem.friction[r / 3] > tolerance::negligible ? r / 3 : -1;
+        const int count = find_islands(problem.W, rows, owner.data(), island.data());
         if (count > 1) return solve_islands(problem, law, island, count);
     }
     return solve_plain(problem, law);

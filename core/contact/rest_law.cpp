@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "contact/cones.hpp"
-#include "contact/rest_islands.hpp"
+#include "contact/islands.hpp"
 #include "contact/tolerances.hpp"
 #include "linalg/arena.hpp"
 #include "linalg/dense.hpp"
@@ -317,8 +317,11 @@ bool solve_island(const RestIsland& island, char* pressed, double* F, double* a)
 
 bool solve_rest(const RestProblem& problem, char* pressed, double* F, double* a) {
     Arena::Scope scope(scratch());
-    int* island = scratch().allocate_int(problem.rows());
-    const int count = find_islands(problem, island);
+    const int rows = problem.rows(), points = problem.points;
+    int *island = scratch().allocate_int(rows), *owner = scratch().allocate_int(rows);
+    for (int r = 0; r < rows; ++r) owner[r] = r < 3 * points ? r / 3 : r;
+    for (int r = 0; r < 3 * problem.turning; ++r) owner[3 * points + r] = problem.turning_of[r / 3];
+    const int count = find_islands(problem.W, rows, owner, island);
     bool obey = true;
     for (int i = 0; i < count; ++i) {
         Arena::Scope one(scratch());

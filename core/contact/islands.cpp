@@ -1,4 +1,4 @@
-#include "contact/rest_islands.hpp"
+#include "contact/islands.hpp"
 
 #include <algorithm>
 
@@ -6,22 +6,20 @@
 
 namespace impulsekit {
 
-int find_islands(const RestProblem& p, int* island) {
-    const int rows = p.rows();
-    int *point = scratch().allocate_int(rows), *queue = scratch().allocate_int(rows);
-    for (int r = 0; r < rows; ++r) point[r] = r < 3 * p.points ? r / 3 : p.points + r;
-    for (int r = 0; r < 3 * p.turning; ++r) point[3 * p.points + r] = p.turning_of[r / 3];
+int find_islands(const double* W, int rows, const int* owner, int* island) {
+    Arena::Scope scope(scratch());
+    int *queue = scratch().allocate_int(rows), count = 0;
     std::fill(island, island + rows, -1);
-    int count = 0;
     for (int start = 0; start < rows; ++start) {
-        if (island[start] >= 0) continue;
+        if (island[start] >= 0 || owner[start] < 0) continue;
         int waiting = 1;
         queue[0] = start;
         island[start] = count;
         while (waiting > 0) {
             const int r = queue[--waiting];
             for (int c = 0; c < rows; ++c) {
-                if (island[c] >= 0 || (p.W[r * rows + c] == 0.0 && point[c] != point[r])) continue;
+                if (island[c] >= 0 || owner[c] < 0) continue;
+                if (W[r * rows + c] == 0.0 && owner[c] != owner[r]) continue;
                 island[c] = count;
                 queue[waiting++] = c;
             }
