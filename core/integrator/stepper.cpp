@@ -9,9 +9,12 @@ namespace {
 // After so many steps as long as stability lets them be the motion is stiff, and so many shorter
 // ones forget them (Hairer, Norsett & Wanner 1993, section II.10).
 constexpr int kStiff = 15, kMild = 6;
-// Steps of order 5 go as far as this part of those of order 8, unless it was found otherwise; by so
-// much more after each of these.
-constexpr double kReach = 0.3, kForget = 1.5;
+// The ladder, and the rung from which the others are seen.
+constexpr const Tableau* kLadder[] = {&kKutta, &kDopri5, &kDop853};
+constexpr int kTop = 2;
+// Steps of lower order that went less far than they should go so much further after each of the
+// highest.
+constexpr double kForget = 1.5;
 
 }  // namespace
 
@@ -43,7 +46,9 @@ Stepper::Stepper(Method method, int places, int size, Accuracy accuracy, double 
       fixed_length_(fixed_length),
       k_(kDop853.all * size),
       trial_(size),
-      end_(size) {}
+      end_(size) {
+    for (int i = 0; i <= kTop; ++i) reach_[i] = usual(i);
+}
 
 // y + h Σ weights rate of the first stages.
 void Stepper::weigh(const Tableau& m, int stage, const double* y, double h, double* to) const {
@@ -136,10 +141,37 @@ bool Stepper::take(const Tableau& m, double* y, double* rate) {
     return true;
 }
 
+// The part of a step of the highest order that one of a rung goes, of the same error.
+double Stepper::usual(int rung) const {
+    return std::pow(accuracy_.rtol, 1.0 / kLadder[rung]->order - 1.0 / kLadder[kTop]->order);
+}
+
+// The lowest rung that gets there in one step.
+int Stepper::lowest(double longest) const {
+    int rung = 0;
+    while (rung < kTop && !(longest < reach_[rung] * next)) ++rung;
+    return rung;
+}
+
+// How far steps of this rung go; those below as much further, or less, than before.
+void Stepper::set_reach(double reach) {
+    const double by = reach / reach_[rung_];
+    for (int i = 0; i <= rung_; ++i) reach_[i] *= by;
+}
+
+// What a step of length h that was taken says of the length of the next.
+void Stepper::learn(double h, bool failed) {
+    const double length = reach_[rung_] * next, grown = h * std::min(failed ? 1.0 : kMost, factor_);
+    if (rung_ < kTop) return set_reach(std::min(1.0, std::max(length, grown) / next));
+    // A step that was cut short by what lies ahead says little of the next.
+    next = !failed && h < next && factor_ >= 1.0 ? std::max(next, grown) : grown;
+    for (int i = 0; i < kTop; ++i)
+        reach_[i] = std::min(usual(i), std::max(0.1 * usual(i), kForget * reach_[i]));
+}
+
 bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, double t, double* y,
                    double* rate, double longest, Step& found) {
     implicit_ = method_ == Method::radau || is_stiff || stiff_ >= kStiff;
-    is_dopri5_ = false;
     factor_ = INFINITY;
     if (implicit_) return implicit(f, project, t, y, rate, longest, found);
     std::copy(rate, rate + n_, k_.begin());
@@ -148,39 +180,30 @@ bool Stepper::step(const Rate& f, const std::function<void(double*)>& project, d
         const double h = std::min(fixed_length_, longest);
         return stages(m, f, project, t, y, h) && dense(m, f, t, y, h, found) && take(m, y, rate);
     }
-    const auto attempt = [&](const Tableau& m, double h) {
-        return stages(m, f, project, t, y, h) ? error(m, y, h) : INFINITY;
-    };
-    const auto factor_of = [](const Tableau& m, double size) {
-        return std::max(kLeast, kSafety * std::pow(size, -1.0 / m.order));
-    };
-    if (longest < reach_ * next && longest > shortest_step(t)) {
-        const double size = attempt(kDopri5, longest);
-        factor_ = factor_of(kDopri5, size);
-        reach_ = std::min(
-            1.0, std::max(size > 1.0 ? 0.0 : reach_, std::min(kMost, factor_) * longest / next));
-        is_dopri5_ = size <= 1.0 && dense(kDopri5, f, t, y, longest, found);
-        if (is_dopri5_) return take(kDopri5, y, rate);
-    }
-    double h = std::min(next, longest);
-    // The rest behind a step is no crumb.
-    if (h < longest && 1.01 * h >= longest) h = longest;
-    bool failed = false;
+    const double wanted = next;
+    int failed = -1;
     for (int trial = 0; trial < kMostTrials; ++trial) {
-        if (!(h > shortest_step(t))) return false;
-        const double size = attempt(kDop853, h);
-        factor_ = factor_of(kDop853, size);
-        if (size <= 1.0) note_stiffness(h);
-        if (size <= 1.0 && dense(kDop853, f, t, y, h, found)) {
-            const double factor = std::min(failed ? 1.0 : kMost, factor_);
-            reach_ = std::min(kReach, std::max(0.1 * kReach, kForget * reach_));
-            // A step that was cut short by what lies ahead says little of the next.
-            next = !failed && h < next && factor >= 1.0 ? std::max(next, h * factor) : h * factor;
-            return take(kDop853, y, rate);
+        rung_ = lowest(longest);
+        const Tableau& m = *kLadder[rung_];
+        double h = std::min(reach_[rung_] * next, longest);
+        // The rest behind a step is no crumb.
+        if (h < longest && 1.01 * h >= longest) h = longest;
+        if (!(h > shortest_step(t))) break;
+        const double size = stages(m, f, project, t, y, h) ? error(m, y, h) : INFINITY;
+        factor_ = std::max(kLeast, kSafety * std::pow(size, -1.0 / m.order));
+        if (size <= 1.0 && rung_ == kTop) note_stiffness(h);
+        if (size <= 1.0 && dense(m, f, t, y, h, found)) {
+            learn(h, failed == rung_);
+            return take(m, y, rate);
         }
-        failed = true;
-        h *= std::isfinite(size) && size > 1.0 ? factor_ : 0.25;
+        failed = rung_;
+        const double shorter = h * (std::isfinite(size) && size > 1.0 ? factor_ : 0.25);
+        if (rung_ == kTop)
+            next = shorter;
+        else
+            set_reach(shorter / next);
     }
+    next = wanted;
     return false;
 }
 
@@ -200,7 +223,7 @@ bool Stepper::shortened(const Rate& f, const Step& whole, double end, Step& foun
         keep_cubic(whole.begin, y, h, Z.data(), found);
         return true;
     }
-    const Tableau& m = is_dopri5_ ? kDopri5 : kDop853;
+    const Tableau& m = *kLadder[rung_];
     return stages(m, f, [](double*) {}, whole.begin, y, h) && dense(m, f, whole.begin, y, h, found);
 }
 

@@ -1,6 +1,6 @@
-// Steps of y = (q, v) by the method of Dormand and Prince of order 8, with dense output, which
-// leaves steps that are cut short to that of order 5, and stiff stretches to Radau's of order 5; by
-// Radau's alone; or steps of fixed length of lower order.
+// Steps of y = (q, v) by methods of orders 4, 5 and 8 with dense output, whichever needs fewest
+// evaluations, and of stiff stretches by Radau's of order 5; by Radau's alone; or steps of fixed
+// length of lower order.
 #pragma once
 
 #include <algorithm>
@@ -84,6 +84,10 @@ class Stepper {
                 double t, const double* y, double h);
     bool dense(const Tableau& m, const Rate& f, double t, const double* y, double h, Step& found);
     double error(const Tableau& m, const double* y, double h) const;
+    double usual(int rung) const;
+    int lowest(double longest) const;
+    void set_reach(double reach);
+    void learn(double h, bool failed);
     bool take(const Tableau& m, double* y, double* rate);
     // The error allowed to an entry that a step changes.
     double allowed(int entry, double before, double after) const {
@@ -106,8 +110,8 @@ class Stepper {
     int stiff_ = 0, mild_ = 0;  // steps whose length stability limits, and others since
     bool implicit_ = false;     // whether the last step was Radau's
     double factor_ = 0.0;       // how many times as long it might have been
-    bool is_dopri5_ = false;    // whether it was of order 5, by dopri5
-    double reach_ = 0.0;        // how far steps of order 5 go beside those of order 8
+    int rung_ = 0;              // by which of the methods of rising order it was
+    double reach_[3];           // how far steps of each go, of `next`
     bool keeps_J_ = false;      // whether J_ will do for another step
     double fastest_ = 0.0;      // the largest |λ| of J_ [1/s]
     Step last_;                 // the last implicit step

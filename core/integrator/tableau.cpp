@@ -80,6 +80,13 @@ const double four[5][5] = {{},
                            {1.0, 0.0, 0.0, 1.0},
                            {1.0, 1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}};
 
+const double eighths[5][5] = {{},
+                              {1.0 / 3, 1.0 / 3},
+                              {2.0 / 3, -1.0 / 3, 1.0},
+                              {1.0, 1.0, -1.0, 1.0},
+                              {1.0, 1.0 / 8, 3.0 / 8, 3.0 / 8, 1.0 / 8}};
+const double eighths_errors[1][5] = {{-1.0 / 24, 1.0 / 8, -1.0 / 8, -1.0 / 8, 1.0 / 6}};
+
 const double velocities[3][3] = {{}, {0.0, 1.0}, {1.0, 1.0, 0.0}};
 const double places[3][3] = {{}, {0.0, 0.0}, {1.0, 0.0, 1.0}};
 
@@ -87,6 +94,7 @@ const double places[3][3] = {{}, {0.0, 0.0}, {1.0, 0.0, 1.0}};
 
 const Tableau kDop853{12, 16, 8, eight[0], eight[0], eight_errors[0], 2, eight_bends[0], 4};
 const Tableau kDopri5{6, 7, 5, five[0], five[0], five_errors[0], 1, five_bends[0], 1};
+const Tableau kKutta{4, 5, 4, eighths[0], eighths[0], eighths_errors[0], 1, nullptr, 0};
 const Tableau kRk4{4, 5, 4, four[0], four[0], nullptr, 0, nullptr, 0};
 const Tableau kSemiImplicit{2, 3, 1, velocities[0], places[0], nullptr, 0, nullptr, 0};
 

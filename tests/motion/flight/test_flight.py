@@ -53,6 +53,20 @@ def test_figure_3_agrees_with_kanes_equations_integrated_on_their_own():
         assert np.abs(np.array(ends)[:, [0, 2]] - wanted).max() < 1e-6
 
 
+def test_steps_that_are_cut_short_take_four_evaluations_and_are_of_order_four():
+    pendulum = ik.Robot.from_urdf(MODELS / "pendulum_10.urdf")
+    rng = np.random.default_rng(0)
+    start = ik.Scene(pendulum), rng.uniform(-1, 1, pendulum.nq), rng.normal(size=pendulum.nv)
+    known = ik.simulate(*start, 0.1, samples=101, **TIGHT)
+    errors = []
+    for longest in (1e-3, 5e-4):
+        motion = ik.simulate(*start, 0.1, samples=101, rtol=1e-6, max_step=longest)
+        assert motion.evaluations < 4.4 * motion.steps
+        errors.append(np.abs(motion.v - known.v).max())
+    assert errors[1] < 1e-8
+    assert errors[0] / errors[1] == pytest.approx(16, rel=0.2)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "error"),
