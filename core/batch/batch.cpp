@@ -224,7 +224,7 @@ class Block {
             for (std::size_t i = 0; i < sets(); ++i) weights_[i * results + b_.in.results[i]] = 1.0;
     }
 
-    void differentiate(int k, int row, const ImpactProblem& p) {
+    void differentiate(int k, int row, const ImpactProblem& p, const FactoredLane* factored) {
         const Status status = solution_.contact.status;
         if (solution_.failure != ImpactSolution::Failure::none ||
             (status != Status::solved && status != Status::energy_gain))
@@ -238,6 +238,7 @@ class Block {
         d.tree = &lane_tree_;
         d.problem = &p;
         d.solution = &solution_;
+        d.factored = factored;
         d.entries = entries_.data();
         d.pairs = pairs_.data();
         d.impulses = b_.in.impulses.row(row);
@@ -341,8 +342,9 @@ class Block {
         rows_.extract(tree_, k, lane_);
         solution_ = ImpactSolution();
         solution_.contact = contact_lanes_.solution(lane_, lanes_[k], k);
-        for (int i = 0; i < model_.nv; ++i) solution_.dv.push_back(jumps_[i][k]);
-        differentiate(k, first_ + k, problem_of_lane(k));
+        solution_.dv.resize(model_.nv);
+        for (int i = 0; i < model_.nv; ++i) solution_.dv[i] = jumps_[i][k];
+        differentiate(k, first_ + k, problem_of_lane(k), contact_lanes_.factored(lane_, k));
     }
 
     // The problem of one lane, whose rows have been extracted.
@@ -373,7 +375,7 @@ class Block {
         const ImpactProblem p = problem_of_lane(k);
         solve_impact(p, solution_);
         code = code_of(status_of(solution_));
-        if (b_.out.existence) differentiate(k, row, p);
+        if (b_.out.existence) differentiate(k, row, p, nullptr);
         if (solution_.failure != ImpactSolution::Failure::none) return;
         keep(k);
     }

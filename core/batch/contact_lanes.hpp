@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "batch/alike_contacts.hpp"
+#include "derivatives/derivatives.hpp"
 #include "impact/impact_steps.hpp"
 #include "scene/rows.hpp"
 
@@ -49,8 +50,11 @@ class ContactLanes {
         points_ = &rows;
         if (keeps_) return true;
         const std::size_t block = 3 * scene_.model->nv;
-        J_.resize(count_ / 3 * block);
-        Pack* to = J_.data();
+        J_ = rows.J.data();
+        if (turning_.empty() && frames_.size() == rows.contact_frames.size()) return true;
+        some_J_.resize(count_ / 3 * block);
+        J_ = some_J_.data();
+        Pack* to = some_J_.data();
         for (int frame : frames_) to = std::copy_n(rows.J.data() + frame * block, block, to);
         for (int at : turning_)
             to = std::copy_n(rows.turning.data() + frames_[at] * block, block, to);
@@ -62,12 +66,12 @@ class ContactLanes {
     void solve(const Pack* M, const Pack* v, const Pack* impulse, Lane* lanes, Pack* dv) {
         const int nv = scene_.model->nv;
         const Arena::Scope scope(scratch());
-        ImpactSteps<Pack> steps(M, nv, v, impulse, J_.data(), count_);
+        half_.resize(count_ * nv);
+        W_.resize(count_ * count_);
+        ImpactSteps<Pack> steps(M, nv, v, impulse, J_, count_, half_.data(), W_.data());
         steps.exclude_untouched(scene_.model->parent_v.data(), nullptr, 0);
         if (!keeps_ || !std::equal(touched_.begin(), touched_.end(), steps.touched)) factor(steps);
         steps.begin(mass_);
-        std::copy(half_.begin(), half_.end(), steps.half);
-        std::copy(shared_W_.begin(), shared_W_.end(), steps.W);
         steps.set_free();
         P_.assign(count_, Pack{});
         after_ = P_;
@@ -114,10 +118,28 @@ class ContactLanes {
     const std::vector<Pack>& P() const { return P_; }
     const std::vector<Pack>& after() const { return after_; }
 
+    // What derivatives at the points of one lane need not find again; nothing where M was changed
+    // for trees that nothing touches.
+    const FactoredLane* factored(const StateRows& points, int k) {
+        const int nv = scene_.model->nv;
+        for (int i = 0; i < nv; ++i)
+            if (scene_.model->parent_v[i] < 0 && !touched_[i]) return nullptr;
+        if (response_.empty()) {
+            response_ = half_;
+            for (int r = 0; r < count_; ++r) mass_.rest(response_.data() + r * nv);
+        }
+        find_rows(points);
+        factored_ = {&mass_, response_.data(), own_.data(), k};
+        return &factored_;
+    }
+
     // The law's answer at the points of one lane.
     ContactSolution solution(const StateRows& points, const Lane& lane, int k) {
         find_rows(points);
         ContactSolution found;
+        found.impulse.reserve(own_.size());
+        found.after.reserve(own_.size());
+        found.unique.reserve(own_.size() / 3);
         for (int r : own_) {
             found.impulse.push_back(P_[r][k]);
             found.after.push_back(after_[r][k]);
@@ -136,9 +158,8 @@ class ContactLanes {
         steps.add_contacts(mass_);
         steps.set_delassus(steps.half);
         touched_.assign(steps.touched, steps.touched + steps.nv);
-        half_.assign(steps.half, steps.half + steps.rows * steps.nv);
-        shared_W_.assign(steps.W, steps.W + steps.rows * steps.rows);
         keeps_ = true;
+        response_.clear();
     }
 
     // The lanes solved side by side.
@@ -255,11 +276,13 @@ class ContactLanes {
     std::vector<int> frames_before_, touched_;
     int weak_[kLanes];    // degrees of freedom without mass
     bool keeps_ = false;  // what was factored serves again
-    std::vector<Pack> half_, shared_W_;
-    int count_ = 0;  // rows of all
-    std::vector<Pack> J_, before_, P_, after_, shares_;
+    int count_ = 0;       // rows of all
+    const Pack* J_ = nullptr;
+    std::vector<Pack> some_J_, half_, W_, response_;
+    std::vector<Pack> before_, P_, after_, shares_;
     // One lane: its points, their rows among all, and its problem.
     StateRows lane_;
+    FactoredLane factored_;
     std::vector<int> own_;
     std::vector<double> numbers_;
     PointCoefficients coefficients_;

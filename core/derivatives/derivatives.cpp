@@ -98,7 +98,9 @@ void Derivation::set(const Differentiated& given) {
             refuse(Unavailable::functions);
     if (!given.is_closed) refuse(Unavailable::no_closed_form);
     if (unavailable == Unavailable::none) {
-        if (!mass_.factor(p.M, p.parent, nv_, {m_, p.A, p.vectors, p.wider}))
+        if (given.factored)
+            mass_.take(*given.factored->mass, given.factored->lane, nv_);
+        else if (!mass_.factor(p.M, p.parent, nv_, {m_, p.A, p.vectors, p.wider}))
             refuse(Unavailable::singular);
     }
     if (unavailable != Unavailable::none) {
@@ -137,10 +139,15 @@ void Derivation::find_responses() {
     response_.resize(rows * nv_);
     W_.resize(rows * rows);
     for (int r = 0; r < rows; ++r) {
-        std::copy(row(r), row(r) + nv_, response_.data() + r * nv_);
-        mass_.mass().solve(response_.data() + r * nv_);
-        for (int j = 0; j <= r; ++j)
-            W_[r * rows + j] = W_[j * rows + r] = dot(row(j), response_.data() + r * nv_, nv_);
+        double* own = response_.data() + r * nv_;
+        if (const FactoredLane* given = given_.factored) {
+            const Pack* from = given->response + given->rows[r] * nv_;
+            for (int i = 0; i < nv_; ++i) own[i] = from[i][given->lane];
+        } else {
+            std::copy(row(r), row(r) + nv_, own);
+            mass_.mass().solve(own);
+        }
+        for (int j = 0; j <= r; ++j) W_[r * rows + j] = W_[j * rows + r] = dot(row(j), own, nv_);
     }
     filling_.assign(mass_.is_filled() ? m_ * nv_ : 0, 0.0);
     for (std::size_t r = 0; r * nv_ < filling_.size(); ++r) {

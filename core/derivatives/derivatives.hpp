@@ -75,6 +75,15 @@ struct ModeEdge {
     int contact, other;
 };
 
+// What is known of an impact that was solved among eight, without bilateral rows: M factored, and
+// M⁻¹ Jᵀ (…, nv) with the row there of each of its own.
+struct FactoredLane {
+    const MassFactorOf<Pack>* mass = nullptr;
+    const Pack* response = nullptr;
+    const int* rows = nullptr;
+    int lane = 0;
+};
+
 // The impact that is differentiated.
 struct Differentiated {
     const Tree<double>* tree = nullptr;  // placed
@@ -82,6 +91,7 @@ struct Differentiated {
     const ImpactSolution* solution = nullptr;
     const int* entries = nullptr;                    // of each point its contact
     const FramePairSlopes<double>* pairs = nullptr;  // of each point
+    const FactoredLane* factored = nullptr;          // null where nothing is known
     const double* impulses = nullptr;                // the numbers of the known impulses
     const double* masses = nullptr;                  // factors; null for 1
     bool has_own_restitution = true;                 // whether e is that of the law

@@ -24,17 +24,18 @@ void Derivation::pull_back(const double* weights, int count, double* slopes) con
     if (count == 1) {
         Pass<double> pass(*this);
         pull_set_back(pass, weights, slopes);
-    }
-    Pass<Pack> pass(*this);
-    std::vector<Pack> in(results), out(width);
-    for (int first = 0; first < count && count > 1; first += kLanes) {
-        const int own = std::min(kLanes, count - first);
-        for (int k = 0; k < kLanes; ++k)
-            for (int i = 0; i < results; ++i)
-                in[i][k] = k < own ? weights[(first + k) * results + i] : 0.0;
-        pull_set_back(pass, in.data(), out.data());
-        for (int k = 0; k < own; ++k)
-            for (int i = 0; i < width; ++i) slopes[(first + k) * width + i] = out[i][k];
+    } else {
+        Pass<Pack> pass(*this);
+        std::vector<Pack> in(results), out(width);
+        for (int first = 0; first < count; first += kLanes) {
+            const int own = std::min(kLanes, count - first);
+            for (int k = 0; k < kLanes; ++k)
+                for (int i = 0; i < results; ++i)
+                    in[i][k] = k < own ? weights[(first + k) * results + i] : 0.0;
+            pull_set_back(pass, in.data(), out.data());
+            for (int k = 0; k < own; ++k)
+                for (int i = 0; i < width; ++i) slopes[(first + k) * width + i] = out[i][k];
+        }
     }
     for (int i = 0; i < count; ++i)
         if (!is_determined(weights + i * results))

@@ -26,6 +26,17 @@ class ConstrainedMass {
     // `weak`, has no mass that the rows make up for. A outlives what is asked of it.
     bool factor(const double* M, const int* parent, int nv, const ConstraintRows& rows);
 
+    // The same of one of eight states without rows whose M was factored.
+    void take(const MassFactorOf<Pack>& factored, int lane, int nv) {
+        nv_ = nv;
+        given_ = {};
+        weak_ = -1;
+        is_filled_ = false;
+        rows_.reset();
+        half_.clear();
+        factored.extract(lane, mass_);
+    }
+
     int weak() const { return weak_; }
     bool is_filled() const { return is_filled_; }
     // Add what goes with A Δv = target to an impulse (nv), where M is filled.

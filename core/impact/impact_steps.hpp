@@ -32,8 +32,9 @@ class ImpactSteps {
     S* dv;                  // (rows), (rows), (nv)
     int* touched;           // (nv) whether something touches the tree that begins there
 
+    // `kept_half`, `kept_W`: where these stay after the call; null for scratch memory.
     ImpactSteps(const S* given_M, int size, const S* given_v, const S* given_impulse,
-                const S* given_J, int count)
+                const S* given_J, int count, S* kept_half = nullptr, S* kept_W = nullptr)
         : nv(size),
           rows(count),
           v(given_v),
@@ -44,9 +45,9 @@ class ImpactSteps {
           right(take(nv)),
           blow(take(nv)),
           start(take(nv)),
-          half(take(rows * nv)),
+          half(kept_half ? kept_half : take(rows * nv)),
           free(take(rows)),
-          W(take(rows * rows)),
+          W(kept_W ? kept_W : take(rows * rows)),
           P(take(rows)),
           after(take(rows)),
           in_use(take(rows)),
@@ -185,12 +186,9 @@ class ImpactSteps {
         // For resting bodies that are struck the velocities that the blow alone would make are the
         // measure.
         S twice = impulse ? dot(blow, blow, nv) : S{};
-        for (int k = 0; k < nv; ++k)
-            for (int i = 0; i < nv; ++i) {
-                const S own = M[k * nv + i] * dv[k];
-                left[i] -= own;
-                size[i] += magnitude(own);
-            }
+        int first = 0;
+        for (; first + 4 <= nv; first += 4) subtract_momentum<4>(first, left, size);
+        for (; first < nv; ++first) subtract_momentum<1>(first, left, size);
         twice -= dot(left, dv, nv);
         if (impulse) add_sizes(impulse, 1, nv, nullptr, left, size);
         add(left, size);
@@ -229,6 +227,20 @@ class ImpactSteps {
 
   private:
     static S* take(int count) { return scratch().allocate_of<S>(count); }
+
+    // Rows of M Δv from the first on, and the sizes of their terms; side by side in registers.
+    template <int count>
+    void subtract_momentum(int first, S* left, S* size) const {
+        S off[count] = {}, all[count] = {};
+        for (int k = 0; k < nv; ++k)
+            for (int i = 0; i < count; ++i) {
+                const S own = M[k * nv + first + i] * dv[k];
+                off[i] -= own;
+                all[i] += magnitude(own);
+            }
+        std::copy(off, off + count, left + first);
+        std::copy(all, all + count, size + first);
+    }
 
     static S ratio_of(const S& part, const S& whole) { return whole > 0.0 ? part / whole : S{}; }
 };

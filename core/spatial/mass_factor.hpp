@@ -84,7 +84,23 @@ class MassFactorOf {
         rest(x);
     }
 
+    // The factor of one of the states.
+    void extract(int lane, MassFactorOf<double>& to) const {
+        to.n_ = n_;
+        to.parent_ = parent_;
+        to.L_.resize(L_.size());
+        to.roots_.resize(n_);
+        for (int i = 0; i < n_; ++i) {
+            to.roots_[i] = Number<F>::get(roots_[i], lane);
+            for (int j = parent_[i]; j >= 0; j = parent_[j])
+                to.L_[i * n_ + j] = Number<F>::get(L_[i * n_ + j], lane);
+        }
+    }
+
   private:
+    template <typename>
+    friend class MassFactorOf;
+
     int n_ = 0;
     std::vector<int> parent_;
     std::vector<F> L_, roots_;
