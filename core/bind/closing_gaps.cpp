@@ -243,11 +243,7 @@ ListedImpact solve_listed(const GivenListing& listing, const std::vector<int>& w
     return found;
 }
 
-}  // namespace
-}  // namespace impulsekit
-
-void bind_closing_gaps(nb::module_& module) {
-    using namespace impulsekit;
+void bind_listing(nb::module_& module) {
     nb::class_<GivenListing>(module, "ContactListing", "Contacts and limits at a state of MuJoCo.")
         .def(
             "__init__",
@@ -279,6 +275,14 @@ void bind_closing_gaps(nb::module_& module) {
                 return array_of(places(l, which));
             },
             nb::arg("which"), nb::rv_policy::move);
+}
+
+}  // namespace
+}  // namespace impulsekit
+
+void bind_closing_gaps(nb::module_& module) {
+    using namespace impulsekit;
+    bind_listing(module);
     nb::class_<ClosingGaps>(module, "ClosingGaps", "Gaps that close in the course of a step.")
         .def(
             "__init__",
