@@ -95,7 +95,7 @@ class ImpactSteps {
 
     void add_contacts(const MassFactorOf<S>& mass) {
         std::copy(J, J + rows * nv, half);
-        for (int r = 0; r < rows; ++r) mass.half(half + r * nv);
+        for (int r = 0; r < rows; r += 3) mass.template half<3>(half + r * nv);
     }
     void set_free() {
         for (int r = 0; r < rows; ++r) free[r] = before[r] + dot(half + r * nv, start, nv);

@@ -55,7 +55,7 @@ int factor_pivoted(S* a, int n, int* order, double tolerance, Alike<S>& alike) {
             std::swap(order[k * lanes + l], order[at * lanes + l]);
             swap_lane(first[k], first[at], l);
             for (int j = 0; j < n; ++j) swap_lane(a[k * n + j], a[at * n + j], l);
-            for (int i = 0; i < n; ++i) swap_lane(a[i * n + k], a[i * n + at], l);
+            for (int i = k; i < n; ++i) swap_lane(a[i * n + k], a[i * n + at], l);
         }
         if (k % columns == columns - 1) poll(n - k, n - k, columns);
         if (!alike(a[k * n + k] > tolerance * first[k])) return k;

@@ -21,12 +21,14 @@ class Rows {
     std::vector<S> target;  // (rows)
     std::vector<S> wider;   // (rows), see StateRows
     std::vector<ContactFrame<S>> contact_frames;
-    std::vector<S> J;                 // (3 touches, nv)
-    std::vector<S> turning;           // (3 touches, nv) of the relative angular velocity
+    std::vector<S> J;        // (3 touches, nv)
+    std::vector<S> turning;  // (3 touches, nv) of the relative angular velocity; empty if none turn
     bool has_line[Number<S>::lanes];  // false where two points of a line coincide
 
     explicit Rows(const Scene& s)
-        : scene(s), A(s.rows() * s.model->nv), target(s.rows()), wider(s.rows()) {}
+        : scene(s), A(s.rows() * s.model->nv), target(s.rows()), wider(s.rows()) {
+        for (const Contact& contact : s.contacts) turns_ = turns_ || contact.turns;
+    }
 
     // All rows at q, v; the tree with places and columns there. `given`: one of each lane.
     void fill(const Tree<S>& tree, const S* q, const S* v, const GivenState* given) {
@@ -199,7 +201,7 @@ class Rows {
         t.entry = entry;
         std::fill(t.closed, t.closed + lanes, true);
         J.resize(3 * contact_frames.size() * nv(), S{});
-        turning.resize(J.size(), S{});
+        if (turns_) turning.resize(J.size(), S{});
         return t;
     }
 
@@ -341,6 +343,7 @@ class Rows {
     }
 
     std::vector<ContactPoint> found_[Number<S>::lanes];
+    bool turns_ = false;  // whether some contact does
 };
 
 }  // namespace impulsekit
