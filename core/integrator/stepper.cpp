@@ -119,7 +119,8 @@ double Stepper::error(const Tableau& m, const double* y, double h) const {
     return both == 0.0 ? 0.0 : std::abs(h) * sums[0] / std::sqrt(both);
 }
 
-// From the last stage, whose y stands in trial_, beside the end of the step.
+// From the last stage, whose y stands in trial_, beside the end of the step. What was stiff before
+// a jump is so again at once.
 void Stepper::note_stiffness(double h) {
     const double *last = k_.data() + kDop853.stages * n_, *stage = last - n_;
     double rates = 0.0, places = 0.0;
@@ -128,7 +129,7 @@ void Stepper::note_stiffness(double h) {
         places += (end_[j] - trial_[j]) * (end_[j] - trial_[j]);
     }
     if (h * h * rates > kStable * kStable * places)
-        ++stiff_, mild_ = 0;
+        stiff_ = fastest_ > 0.0 ? kStiff : stiff_ + 1, mild_ = 0;
     else if (++mild_ == kMild)
         stiff_ = 0;
 }

@@ -60,10 +60,17 @@ class Stepper {
     void restart() {
         stiff_ = mild_ = 0;
         keeps_J_ = false;
+        fastest_ = 0.0;
         last_ = Step();
     }
-    // Behind a jump of rates whose slopes stay: the last step foretells nothing.
-    void jump() { last_ = Step(); }
+    // Behind a jump of rates whose slopes stay: what is fast moves first, and the last step
+    // foretells nothing.
+    void jump() {
+        last_ = Step();
+        if (!(next * fastest_ > kStable)) return;
+        stiff_ = 0;
+        next = kStable / fastest_;
+    }
     // True if the polynomial within the last step is as accurate as its end: it is off by up to 1.5
     // times the estimated error, which is next to none where steps may grow by the most.
     bool is_accurate_within() const { return factor_ >= kMost; }

@@ -256,8 +256,8 @@ void control(Motion& motion, const double* torques) {
     if (motion.ended != Ended::not_yet) return;
     motion.now.rest.controls.assign(torques, torques + motion.nv());
     motion.smooth_since = motion.now.t;
-    motion.stepper.jump();
     forget_stop(motion);
+    motion.stepper.jump();
     update_rest(motion, false, false);
 }
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from impulsekit import Actuator, Contact, Robot, Scene, Simulation, simulate
+from impulsekit import Actuator, Contact, JointSpring, Robot, Scene, Simulation, simulate
 from impulsekit.errors import InputError, RangeError, ShapeError, SolveError
 
 
@@ -227,3 +227,21 @@ def test_a_simulation_can_be_restored_to_itself():
     sim = ball().run_until(0.3)
     sim.restore(sim)
     assert sim.run_until(0.5).q.tolist() == ball().run_until(0.5).q.tolist()
+
+
+def test_torques_set_anew_on_a_hard_damper_take_few_evaluations():
+    """Of 10⁷ 1/s: what is stiff is known from the step before, and what is fast moves first."""
+    ends, robot = [], Robot.from_example("panda")
+    scene = Scene(robot, forces=[JointSpring("panda_joint7", 0.0, damping=1e4)])
+    for method in ("dop853", "radau"):
+        sim = Simulation(scene, robot.neutral(), robot.velocity(), record=False, method=method)
+        torques, before = robot.velocity(), 0
+        for k in range(20):
+            torques[6] = 0.1 * np.sin(0.02 * k)
+            sim.control(torques).step(1e-3)
+            if k == 9:
+                before = sim._followed.core.evaluations
+        ends.append((sim.v, sim._followed.core.evaluations - before))
+    (v, evaluations), (known, _) = ends
+    assert evaluations < 10 * 200
+    np.testing.assert_allclose(v, known, atol=1e-12)
