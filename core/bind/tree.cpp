@@ -1,4 +1,6 @@
 // Trees of bodies, as Python calls them.
+#include <nanobind/stl/pair.h>
+
 #include <tuple>
 
 #include "bind/fields.hpp"
