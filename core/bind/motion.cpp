@@ -227,6 +227,10 @@ void bind_results(nb::module_& module) {
     Result<C>(module, "ImpactColumns", "Impacts by columns.")
         .parts("times", &C::times, "status", &C::status, "before", &C::before, "after", &C::after,
                "touching", &C::touching, "impulses", &C::impulses);
+    using M = MotionColumns;
+    Result<M>(module, "MotionColumns", "A motion that has ended.")
+        .parts("t", &M::t, "evaluations", &M::evaluations, "end", &M::end, "samples", &M::samples,
+               "impacts", &M::impacts, "rests", &M::rests);
 }
 
 }  // namespace
@@ -249,7 +253,6 @@ void bind_motion(nb::module_& module) {
         .part("steps", [](const Motion& m) { return m.stepper.steps; })
         .part("evaluations", [](const Motion& m) { return m.dynamics.evaluations; })
         .part("path", [](const Motion& m) { return Path(m); })
-        .part("impact_columns", [](const Motion& m) { return ImpactColumns(m); })
         .part("impact_times",
               [](const Motion& m) {
                   nb::list times;
@@ -282,12 +285,12 @@ void bind_motion(nb::module_& module) {
             "Set torques from a time on; what came after is lost.")
         .def("state", &arrays_at, nb::arg("at"))
         .def(
-            "samples",
+            "columns",
             [](const Motion& m, const Array& times) {
-                return array_of(samples(m, times.data(), times.size()));
+                const nb::gil_scoped_release free;
+                return MotionColumns(m, times.data(), times.size());
             },
-            nb::arg("times"), nb::rv_policy::move,
-            "Return (times, nq + nv) y as the steps have it.")
+            nb::arg("times"), "Return all that is kept of it, with its states at times.")
         .def("resting_state", &resting_state_at, nb::arg("at"))
         .def("run_to_impact", &run_to_impact, nb::arg("until"), nb::arg("horizon"))
         .def("run", &run, nb::arg("until"), nb::arg("horizon"), nb::arg("on_time").none(),

@@ -1,5 +1,7 @@
 #include "motion/columns.hpp"
 
+#include <algorithm>
+
 #include "motion/path.hpp"
 
 namespace impulsekit {
@@ -33,18 +35,24 @@ ImpactColumns::ImpactColumns(const Motion& motion) {
     }
 }
 
-std::vector<double> samples(const Motion& motion, const double* times, std::size_t count) {
-    const std::size_t size = motion.nq() + motion.nv();
-    std::vector<double> found(count * size);
-    for (std::size_t i = 0; i < count; ++i) sample(motion, times[i], found.data() + i * size);
-    return found;
-}
-
 std::vector<RestInterval> rests_of(const Motion& motion) {
     std::vector<RestInterval> found = motion.rests;
     const std::vector<RestInterval> now = rests_now(motion);
     found.insert(found.end(), now.begin(), now.end());
     return found;
+}
+
+MotionColumns::MotionColumns(const Motion& motion, const double* times, std::size_t count)
+    : t(motion.now.t),
+      evaluations(motion.dynamics.evaluations),
+      end(motion.nq() + motion.nv()),
+      impacts(motion),
+      rests(rests_of(motion)) {
+    state_at(motion, t, end.data(), end.data() + motion.nq());
+    const std::size_t reached = std::upper_bound(times, times + count, t) - times;
+    samples.resize(reached * end.size());
+    for (std::size_t i = 0; i < reached; ++i)
+        sample(motion, times[i], samples.data() + i * end.size());
 }
 
 }  // namespace impulsekit

@@ -26,10 +26,20 @@ struct ImpactColumns {
     explicit ImpactColumns(const Motion& motion);
 };
 
-// (count, nq + nv) y at times as the steps have it; from the end on the state there.
-std::vector<double> samples(const Motion& motion, const double* times, std::size_t count);
-
 // From when to when contacts rested; those that rest now last.
 std::vector<RestInterval> rests_of(const Motion& motion);
+
+// All that a batch keeps of a motion that has ended.
+struct MotionColumns {
+    double t;
+    int evaluations;
+    std::vector<double> end;      // (nq + nv) the state at t
+    std::vector<double> samples;  // (reached, nq + nv) y at times up to t, as the steps have it
+    ImpactColumns impacts;
+    std::vector<RestInterval> rests;
+
+    // `times`: (count) increasing.
+    MotionColumns(const Motion& motion, const double* times, std::size_t count);
+};
 
 }  // namespace impulsekit

@@ -42,6 +42,7 @@ class BatchInputs:
         points: (1 or B, 3k) in place of ``at`` of the contacts ``pointed``, by their indices; None
             where the scene's own hold.
         codes: (B,) what is known of a row before anything is solved.
+        varies: whether rows are not all of the scene's own impulses, coefficients and bodies.
     """
 
     size: int
@@ -55,6 +56,7 @@ class BatchInputs:
     points: np.ndarray | None = None
     links: tuple[str, ...] = ()
     pointed: tuple[int, ...] = ()
+    varies: bool = False
 
     def state(self, row: int) -> tuple[np.ndarray, np.ndarray]:
         """The configuration and the velocity of a row."""
@@ -90,7 +92,13 @@ def batch_inputs(
     for name in ("restitution", "friction"):
         if varied.get(name) is not None:
             arrays[name] = _coefficients(scene, name, varied[name], len(scene.contacts))
-    named: dict[str, Any] = {}
+    own = [x for entry in scene.impulses for x in entry.values]
+    impulses = arrays["impulses"]
+    named: dict[str, Any] = {
+        "varies": any(one is not None for one in varied.values())
+        or len(impulses) > 1
+        or not np.array_equal(impulses[0], own)
+    }
     if varied.get("masses") is not None:
         named["links"], arrays["masses"] = _factors(scene, varied["masses"])
     if varied.get("points") is not None:

@@ -16,17 +16,16 @@ from .inputs import BatchInputs, of_row
 from .masses import scaled_robot
 from .result import VERDICTS
 
-__all__ = ["bounds_of", "scene_of_row", "varies", "verdicts_of"]
+__all__ = ["bounds_of", "scene_of_row", "verdicts_of"]
 
 
 def verdicts_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndarray:
     """(B,) the index in ``VERDICTS`` of each row: "not proven" of rows without a valid answer."""
-    rows_differ = varies(scene, inputs)
     found = np.full(inputs.size, VERDICTS.index("not proven"), dtype=np.int8)
     for row in range(inputs.size):
         if not BY_CODE[int(codes[row])].valid:
             continue
-        own = scene_of_row(scene, inputs, row) if rows_differ else scene
+        own = scene_of_row(scene, inputs, row) if inputs.varies else scene
         impact = solve_without_warnings(own, *inputs.state(row))
         found[row] = VERDICTS.index(impact.uniqueness.verdict)
     return found
@@ -34,22 +33,12 @@ def verdicts_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndar
 
 def bounds_of(scene: Scene, inputs: BatchInputs, codes: np.ndarray) -> np.ndarray:
     """(B, 2, nv) the least and largest v⁺ of each row's outcomes; NaN of rows not valid."""
-    rows_differ = varies(scene, inputs)
     found = np.full((inputs.size, 2, scene.robot.nv), np.nan)
     for row in range(inputs.size):
         if BY_CODE[int(codes[row])].valid:
-            own = scene_of_row(scene, inputs, row) if rows_differ else scene
+            own = scene_of_row(scene, inputs, row) if inputs.varies else scene
             found[row] = outcome_bounds(solve_without_warnings(own, *inputs.state(row)))
     return found
-
-
-def varies(scene: Scene, inputs: BatchInputs) -> bool:
-    """Return whether the rows are not all of the scene's own impulses and coefficients."""
-    own = [x for entry in scene.impulses for x in entry.values]
-    if len(inputs.impulses) > 1 or not np.array_equal(inputs.impulses[0], own):
-        return True
-    given = (inputs.restitution, inputs.friction, inputs.masses, inputs.points)
-    return any(each is not None for each in given)
 
 
 def scene_of_row(scene: Scene, inputs: BatchInputs, row: int) -> Scene:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +30,9 @@ from .start import begin, core_of
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["Followed", "checked_start"]
+    from .._core import RestInterval
+
+__all__ = ["Followed", "checked_start", "rests_until"]
 
 
 class Followed:
@@ -96,14 +98,6 @@ class Followed:
         """q (nq,) and v (nv,) at a time [s] that has been reached."""
         return self.core.state(t) if self.core.begun else self._start
 
-    def rests(self, until: float) -> list[tuple[int, float, float]]:
-        """Return (contact, start [s], end [s]) of the rests up to a time; the end may be inf."""
-        return [
-            (rest.entry, rest.start, rest.end if rest.end <= until else math.inf)
-            for rest in self.core.rests
-            if rest.start <= until
-        ]
-
     def trajectory(
         self, t: float, times: np.ndarray, settings: MotionSettings, status: MotionStatus
     ) -> Trajectory:
@@ -112,7 +106,7 @@ class Followed:
         if status is not MotionStatus.INTERRUPTED and t >= core.t:
             status, detail = self.status, self.detail
         names = self.scene.entry_names("contacts")
-        rests = [Rest(names[entry], start, end) for entry, start, end in self.rests(t)]
+        rests = [Rest(names[entry], start, end) for entry, start, end in rests_until(core.rests, t)]
         return Trajectory(
             self.scene,
             np.append(times[times < t], t) if t < settings.duration else times,
@@ -148,6 +142,15 @@ class Followed:
             return str(self.core.detail)
         t, impact = self.impacts(math.inf)()[-1]
         return f"the impact at {t:.9g} s is {impact.describe_status()}"
+
+
+def rests_until(rests: Sequence[RestInterval], t: float) -> list[tuple[int, float, float]]:
+    """Return (contact, start [s], end [s]) of the rests up to a time; the end may be inf."""
+    return [
+        (rest.entry, rest.start, rest.end if rest.end <= t else math.inf)
+        for rest in rests
+        if rest.start <= t
+    ]
 
 
 def warn_of_start(scene: Scene, q: np.ndarray) -> None:

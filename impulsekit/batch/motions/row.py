@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -17,16 +18,18 @@ import pinocchio as pin
 from ...errors import ImpulsekitError
 from ...impact.contact_results import contact_impulses
 from ...impact.status import BY_CODE
-from ...motion.followed import Followed, checked_start
+from ...motion.followed import Followed, checked_start, rests_until
 from ...motion.interrupts import Interrupts
 from ...motion.record.status import MotionStatus
 from ...motion.simulate import simulate
 from ...scene import Scene
 from ...scene.motion import MotionSettings
 from ..inputs import BatchInputs
-from ..rows import scene_of_row, varies
+from ..rows import scene_of_row
 
 if TYPE_CHECKING:
+    from ..._core import ImpactColumns, MotionColumns
+    from ...motion.record.sampled import Hits
     from ...motion.record.trajectory import Trajectory
 
 __all__ = ["RowResult", "follow_rows", "motion_of_row", "row_without"]
@@ -62,8 +65,8 @@ class RowResult:
     evaluations: int
 
 
-# Rows by their index, and what a function of the scene raised.
-Followings: TypeAlias = "list[tuple[int, RowResult | BaseException]]"
+# Rows by their index, to be brought over from the core, and what a function of the scene raised.
+Followings: TypeAlias = "list[tuple[int, Callable[[], RowResult] | BaseException]]"
 
 
 def motion_of_row(
@@ -78,7 +81,7 @@ def motion_of_row(
     Raises:
         ImpulsekitError: it is refused.
     """
-    own = scene_of_row(scene, inputs, row) if varies(scene, inputs) else scene
+    own = scene_of_row(scene, inputs, row) if inputs.varies else scene
     return simulate(own, *inputs.state(row), settings=settings, samples=times)
 
 
@@ -89,8 +92,10 @@ def _followed_row(
     row: int,
     settings: MotionSettings,
     times: np.ndarray,
-) -> RowResult:
-    """Follow a row of a batch; one that is refused has the status ``REFUSED``.
+) -> Callable[[], RowResult]:
+    """Follow a row of a batch, and return how to bring it over from the core.
+
+    One that is refused has the status ``REFUSED``.
 
     Args:
         interrupts: what ends it before its time.
@@ -102,16 +107,21 @@ def _followed_row(
     interrupts.heed()
     code = int(inputs.codes[row])
     if code:
-        return row_without(scene, times, MotionStatus.REFUSED, str(BY_CODE[code].value))
+        return partial(row_without, scene, times, MotionStatus.REFUSED, str(BY_CODE[code].value))
     try:
-        own = scene_of_row(scene, inputs, row) if varies(scene, inputs) else scene
+        own = scene_of_row(scene, inputs, row) if inputs.varies else scene
         start = checked_start(own, *inputs.state(row), "simulate")
         followed = Followed(own, *start, settings)
-        return _kept(followed, followed.follow(interrupts), times)
+        status, core = followed.follow(interrupts), followed.core
+        detail = "" if status is MotionStatus.INTERRUPTED else followed.detail
+        at = None if core.begun else start
+        return partial(
+            _kept, own, times, core.columns(times), followed.first, at, status=status, detail=detail
+        )
     except ImpulsekitError as error:
         if error.from_function:
             raise
-        return row_without(scene, times, MotionStatus.REFUSED, str(error))
+        return partial(row_without, scene, times, MotionStatus.REFUSED, str(error))
 
 
 def row_without(
@@ -133,55 +143,68 @@ def row_without(
     )
 
 
-def _kept(followed: Followed, status: MotionStatus, times: np.ndarray) -> RowResult:
-    """Return the row of a motion that was followed as far as it goes."""
-    robot, core, t = followed.scene.robot, followed.core, followed.core.t
-    count = len(times) if t >= times[-1] else int(np.searchsorted(times, t, side="right"))
-    end = np.concatenate(followed.state(t))
+def _kept(
+    scene: Scene,
+    times: np.ndarray,
+    columns: MotionColumns,
+    first: Hits,
+    start: tuple[np.ndarray, np.ndarray] | None,
+    **ended: Any,
+) -> RowResult:
+    """Return the row of a motion that was followed as far as it goes.
+
+    Args:
+        first: the impact at the start, if there was one.
+        start: q and v, of one that could not begin.
+        **ended: status and detail.
+    """
+    robot, t, end = scene.robot, columns.t, columns.end
+    if start is not None:
+        end = np.concatenate(start)
     found = np.full((len(times) + 1, len(end)), np.nan)
-    samples: Any = core.samples(times[:count])
-    found[:count] = samples.reshape(count, -1)
+    samples = columns.samples.reshape(-1, len(end))
+    count = len(samples)
+    found[:count] = samples
     found[:count][times[:count] >= t] = found[-1] = end
     for row in (*found[:count], found[-1]):
         row[: robot.nq] = pin.normalize(robot.model, row[: robot.nq])
-    names = followed.scene.entry_names("contacts")
-    rests = sorted(followed.rests(t), key=lambda rest: rest[1])
+    names = scene.entry_names("contacts")
+    rests = sorted(rests_until(columns.rests, t), key=lambda rest: rest[1])
     return RowResult(
-        status,
-        "" if status is MotionStatus.INTERRUPTED else followed.detail,
-        t,
-        found[:-1, : robot.nq],
-        found[:-1, robot.nq :],
-        found[-1, : robot.nq],
-        found[-1, robot.nq :],
-        _columns(followed),
-        tuple((names[entry], start, end) for entry, start, end in rests),
-        core.evaluations,
+        end=t,
+        q=found[:-1, : robot.nq],
+        v=found[:-1, robot.nq :],
+        q_end=found[-1, : robot.nq],
+        v_end=found[-1, robot.nq :],
+        impacts=_impacts(scene, columns.impacts, first),
+        rests=tuple((names[entry], start, end) for entry, start, end in rests),
+        evaluations=columns.evaluations,
+        **ended,
     )
 
 
-def _columns(followed: Followed) -> dict[str, np.ndarray]:
+def _impacts(scene: Scene, found: ImpactColumns, first: Hits) -> dict[str, np.ndarray]:
     """The columns of ``ImpactTable`` for the impacts of one motion."""
-    robot, contacts = followed.scene.robot, len(followed.scene.contacts)
-    found = followed.core.impact_columns
-    count = len(found.times)
-    columns = _no_impacts(followed.scene, count)
-    columns["time"][:], columns["status"][:] = found.times, found.status
-    columns["touching"][:] = found.touching.reshape(count, contacts)
-    columns["impulse"][:] = found.impulses.reshape(count, contacts, 3)
-    columns["v_before"][:] = found.before.reshape(-1, robot.nv)
-    columns["v_after"][:] = found.after.reshape(-1, robot.nv)
-    if not followed.first:
+    count, contacts, nv = len(found.times), len(scene.contacts), scene.robot.nv
+    columns: dict[str, np.ndarray] = {
+        "time": found.times,
+        "status": np.array(found.status, dtype=np.int8),
+        "touching": found.touching.reshape(count, contacts),
+        "impulse": found.impulses.reshape(count, contacts, 3),
+        "v_before": found.before.reshape(count, nv),
+        "v_after": found.after.reshape(count, nv),
+    }
+    if not first:
         return columns
     # At the start known impulses strike too.
-    first = _no_impacts(followed.scene, 1)
-    (first["time"][0], impact), *_ = followed.first
-    first["status"][0] = impact.status
-    first["v_before"][0], first["v_after"][0] = impact.v_before, impact.v_after
+    own = _no_impacts(scene, 1)
+    (own["time"][0], impact), *_ = first
+    own["status"][0] = impact.status
+    own["v_before"][0], own["v_after"][0] = impact.v_before, impact.v_after
     for k, impulse in contact_impulses(impact).items():
-        first["touching"][0, k] = True
-        first["impulse"][0, k, : len(impulse)] = impulse
-    return {name: np.concatenate([first[name], columns[name]]) for name in columns}
+        own["touching"][0, k] = True
+        own["impulse"][0, k, : len(impulse)] = impulse
+    return {name: np.concatenate([own[name], columns[name]]) for name in columns}
 
 
 def _no_impacts(scene: Scene, count: int) -> dict[str, np.ndarray]:
@@ -229,6 +252,7 @@ def follow_rows(
             last = monotonic()
             try:
                 for i in indices:
+                    # What Python makes of a row is made in the thread that waits, row after row.
                     found.append((i, _followed_row(scene, interrupts, *rows[i])))
                     if monotonic() - last > HANDS_OVER:
                         ended.put(found)
@@ -241,7 +265,7 @@ def follow_rows(
             for index, result in found:
                 if isinstance(result, BaseException):
                     raise result
-                done(index, result)
+                done(index, result())
             return len(found)
 
         for _ in range(count):
