@@ -322,6 +322,7 @@ bool solve_rest(const RestProblem& problem, char* pressed, double* F, double* a)
     for (int r = 0; r < rows; ++r) owner[r] = r < 3 * points ? r / 3 : r;
     for (int r = 0; r < 3 * problem.turning; ++r) owner[3 * points + r] = problem.turning_of[r / 3];
     const int count = find_islands(problem.W, rows, owner, island);
+    if (count == 1) return RestLaw(problem, pressed, F, a).solve();
     bool obey = true;
     for (int i = 0; i < count; ++i) {
         Arena::Scope one(scratch());
