@@ -271,10 +271,10 @@ class Springs {
             m[2] = restores_ ? F - least_ : 1.0;
             return std::min({m[0], m[1], m[2]});
         };
-        Stepper stepper(
-            Method::dop853, 0, 5,
-            {tolerance::alike, tolerance::alike * std::abs(start_[2]), tolerance::implicit, 0.0},
-            0.0);
+        Stepper stepper(Method::dop853, 0, 5,
+                        {tolerance::residual, tolerance::residual * std::abs(start_[2]),
+                         tolerance::implicit, 0.0},
+                        0.0);
         stepper.slopes = [&](const double* y, double* J) { differentiate(y, J); };
         stepper.next =
             1.0 / (g * std::abs(u_[2]) + turns * std::hypot(u_[0], u_[1]) + std::sqrt(g) * depth_);

@@ -9,7 +9,7 @@ namespace impulsekit::tolerance {
 // Residual of the natural map beside the largest velocity, and of a finished impact beside its
 // terms, that an answer must come down to. Rounding of 3n sums leaves some 1e-15, redundant rows
 // some 1e-13.
-inline constexpr double residual = 1e-10;
+inline constexpr double residual = 1e-9;
 // A pivot of the scaled Delassus matrix below this is that of a dependent row: 1e-6 of a length.
 inline constexpr double dependent = 1e-12;
 // Compliance of each contact beside its own mobility, with which redundant contacts are first
