@@ -123,6 +123,12 @@ def batch_inputs(
     codes = np.zeros(size, dtype=np.int8)
     if scene.held or scene.contacts:
         arrays["v"] = _not_too_fast(arrays["v"], codes)
+    _check_ranges(arrays, codes)
+    return BatchInputs(size, codes, **arrays, **named)
+
+
+def _check_ranges(arrays: dict[str, Any], codes: np.ndarray) -> None:
+    """Refuse numbers out of range that all rows share; note rows that have some, made harmless."""
     for name, low, high, allowed, harmless in (
         ("restitution", 0.0, 1.0, "0 to 1", 0.0),
         ("friction", 0.0, np.inf, "0 or more", 0.0),
@@ -141,7 +147,6 @@ def batch_inputs(
             codes[bad & ~np.isfinite(array).all(axis=1)] = int(Status.NOT_FINITE)
             # The core computes every lane; what is out of range must not make them fail.
             array[bad] = harmless
-    return BatchInputs(size, codes, **arrays, **named)
 
 
 def _not_too_fast(v: np.ndarray, codes: np.ndarray) -> np.ndarray:
